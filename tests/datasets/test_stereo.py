@@ -94,6 +94,30 @@ def test_the_first_of_several_sides_is_taken_and_the_others_are_named(tmp_path):
     assert other.report.remarks == found.report.remarks[1:]
 
 
+CALIBRATED = {"calib_cam_to_cam.txt": "P_rect_0{}: ", "calib.txt.gz": "P{}: "}
+
+
+@pytest.mark.parametrize("name", CALIBRATED)
+@pytest.mark.parametrize("above", [False, True])
+def test_the_calibration_is_found_by_the_usual_names(name, above, tmp_path):
+    drive = kitti(tmp_path / "drive", sides=("image_00/data", "image_01/data"))
+    (drive / "calib.txt").unlink()
+    place = tmp_path / name if above else drive / name
+    write(place, [row(m, CALIBRATED[name].format(k).encode()) for k, m in enumerate((LEFT, RIGHT))])
+    if above and name == "calib.txt.gz":
+        with pytest.raises(FileNotFoundError, match="no calibration"):
+            read_stereo(drive)
+        return
+    assert read_stereo(drive).calibration.baseline == 0.5
+    write(drive / "left.yaml", [b"camera_name: left"])
+    remark = f"the calibration is that of {name}, not of left.yaml"
+    assert read_stereo(drive).report.remarks == (remark,)
+    place.unlink()
+    (drive / "left.yaml").rename(drive / "mine.yaml")
+    with pytest.raises(CorruptLog, match=r"mine\.yaml: YAML, camera_info of ROS; wanted are"):
+        read_stereo(drive)
+
+
 def test_sides_and_calibration_may_have_other_names(tmp_path):
     for side in ("a", "b"):
         folder(tmp_path / "both", range(2), f"{side}{{}}.png")

@@ -275,7 +275,7 @@ def _of_text(lines: Lines) -> _Projections:
             if len(bare) < 2:
                 bare[f"line {lines.number}"] = _matrix(lines, words)
             continue
-        words = [word for word in (rest, *words[1:]) if word not in (b"", b":", b"=")]
+        words = [word for word in (rest.strip(), *words[1:]) if word not in (b"", b":", b"=")]
         name, matrices = label.decode(), named if _number(label.decode()) is not None else bare
         if name in matrices:
             raise lines.error(f"names {name} a second time")

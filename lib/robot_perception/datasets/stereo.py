@@ -9,7 +9,7 @@ from jaxtyping import Float, Int
 from robot_perception import checks
 from robot_perception.datasets import limits
 from robot_perception.datasets.calibrations import ROUNDING, Calibration, read_pair
-from robot_perception.datasets.images import StereoSequence, read_images
+from robot_perception.datasets.images import StereoSequence, picture_files, read_images
 from robot_perception.datasets.limits import Check
 from robot_perception.datasets.logs import (
     CorruptLog,
@@ -31,13 +31,13 @@ SIDES = {  # folders of left and right pictures, and which cameras of a calibrat
     ("cam0/data", "cam1/data"): None,
     ("cam0", "cam1"): None,
 }
-CALIBRATIONS = (
+CALIBRATIONS = (  # the first that is there is taken
     "calib.txt",
     "calib_cam_to_cam.txt",
     "../calib_cam_to_cam.txt",  # of the day on which a raw drive of KITTI was made
-    "extrinsics.yml",
-    "left.yaml",
-    "*camchain*.yaml",
+    "*extrinsics*.y*ml",
+    "*left*.y*ml",
+    "*camchain*.y*ml",
 )
 
 
@@ -123,7 +123,8 @@ def read_stereo(
     ``image_3`` as of KITTI's odometry, ``image_00/data`` and ``image_01/data`` as of its raw
     drives, ``left`` and ``right``, or ``cam0`` and ``cam1``; the first pair of folders that is
     there is taken. The calibration is ``calib.txt``, ``calib_cam_to_cam.txt``, ``extrinsics.yml``,
-    ``left.yaml`` beside ``right.yaml``, or a camchain of Kalibr, as `read_calibration` reads them.
+    ``left.yaml`` beside ``right.yaml``, a camchain of Kalibr or another YAML, as `read_calibration`
+    reads them.
 
     Parameters
     ----------
@@ -159,17 +160,21 @@ def _read_stereo(
 ) -> tuple[StereoPictures, Float[np.ndarray, " 3"]]:
     """Return the pairs of a folder, and the place of the left camera in the calibration, m."""
     folder, allow_gaps = as_path(folder, "folder"), checks.flag("allow_gaps", allow_gaps)
-    there = [pair for pair in SIDES if all((folder / side).is_dir() for side in pair)]
-    taken = next(iter(there or SIDES))
+    pairs = [pair for pair in SIDES if all((folder / side).is_dir() for side in pair)]
+    there = [pair for pair in pairs if all(picture_files(folder / side)[0] for side in pair)]
+    taken = next(iter(there or pairs or SIDES))
     if sides is not None:
         taken = checks.instances("sides", checks.instance("sides", sides, tuple), str)
     if len(taken) != 2:
         raise ValueError(f"sides must be two folders, got {len(taken)}")
     place, remarks = np.zeros(3), []
     if not isinstance(calibration, Calibration):
-        file = _calibration_file(folder, calibration)
+        file, *others = _calibration_files(folder, calibration)
         calibration, place = read_pair(file, cameras=SIDES.get(taken))
         remarks += calibration.report.remarks
+        if others:
+            names = ", ".join(other.name for other in others)
+            remarks.append(f"the calibration is that of {file.name}, not of {names}")
     if sides is None and len(there) > 1:
         others = ", ".join(side for pair in there[1:] for side in pair)
         remarks.append(f"pictures are those of {' and '.join(taken)}, not of {others}")
@@ -181,15 +186,16 @@ def _read_stereo(
     return StereoPictures(frames, calibration, report), place
 
 
-def _calibration_file(folder: Path, name: str | None) -> Path:
-    """Return where the calibration of a folder is."""
+def _calibration_files(folder: Path, name: str | None) -> list[Path]:
+    """Return the calibrations of a folder, the one to take first; one at least."""
     if name is not None:
-        return folder / checks.instance("calibration", name, str)
-    there = (file for name in CALIBRATIONS for file in sorted(folder.glob(f"{name}*")))
-    found = next((file for file in there if file.is_file()), None)
-    if found is None:
-        raise FileNotFoundError(f"{folder}: no calibration: none of {', '.join(CALIBRATIONS)}")
-    return found
+        return [folder / checks.instance("calibration", name, str)]
+    for patterns in (CALIBRATIONS, ("*.yaml", "*.yml")):
+        endings = ("", ".gz")
+        found = [file for p in patterns for end in endings for file in sorted(folder.glob(p + end))]
+        if found:
+            return list(dict.fromkeys(found))
+    raise FileNotFoundError(f"{folder}: no calibration: none of {', '.join(CALIBRATIONS)}")
 
 
 def _side(folder: Path, name: str, allow_gaps: bool):
