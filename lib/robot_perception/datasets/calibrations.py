@@ -271,7 +271,7 @@ def _of_text(lines: Lines) -> _Projections:
         if words[0].startswith(b"["):
             raise lines.error(f"a section in brackets, as camera_info of ROS (oST) has; {WANTED}")
         label, _, rest = words[0].partition(b":")
-        if are_numbers(words[:1]) or not words[0]:
+        if not words[0] or _is_number(words[0]):
             if len(bare) < 2:
                 bare[f"line {lines.number}"] = _matrix(lines, words)
             continue
@@ -279,9 +279,14 @@ def _of_text(lines: Lines) -> _Projections:
         name, matrices = label.decode(), named if _number(label.decode()) is not None else bare
         if name in matrices:
             raise lines.error(f"names {name} a second time")
-        if matrices is named or (len(bare) < 2 and len(words) == 12 and are_numbers(words)):
+        fits = len(bare) < 2 and len(words) == 12 and all(map(_is_number, words))
+        if matrices is named or fits:
             matrices[name] = _matrix(lines, words)
     return _Projections(lines.path, "text", named or bare)
+
+
+def _is_number(word: bytes) -> bool:
+    return are_numbers([word.replace(b",", b".")])  # between some marks commas are decimal
 
 
 def _matrix(lines: Lines, words: list[bytes]) -> Matrix:

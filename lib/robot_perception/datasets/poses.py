@@ -98,6 +98,8 @@ def layout(path: str | Path) -> Layout:
     """
     lines = Lines(path)
     row = lines.points(next(lines.rows(), []))
+    while row and not row[-1]:
+        row.pop()
     if not row:
         lines.need("pose")
     bare = any(are_numbers([cell]) for cell in row)
