@@ -27,7 +27,7 @@ __all__ = ["Eigenfaces", "Recognition", "enrol"]
 SMALLEST = 1e-9
 """Share of the largest variation of a gallery below which a direction is left out."""
 ROUNDING = 1e-14
-"""Share of the largest grey value by which pictures that are the same may differ."""
+"""Share of a picture's values and length that is not to be trusted; of a square, of the square."""
 
 Faces = Float[np.ndarray, "n rows columns"]
 Face = Float[np.ndarray, "rows columns"]
@@ -311,11 +311,13 @@ def enrol(
             same = np.array(space.names) == whose[k]
             distances.append(space.distances(found.descriptor)[same].min())
             from_space.append(found.from_space)
-    least = ROUNDING * np.abs(faces).max()
-    return replace(
+    length, pixels = np.linalg.norm(faces, axis=(1, 2)).max(), faces[0].size
+    return replace(  # at least what rounding makes of a picture that is in the gallery
         model,
-        most_distance=max(float(np.quantile(distances, accepted)), least),
-        most_from_space=max(float(np.quantile(from_space, accepted)), least),
+        most_distance=float(max(np.quantile(distances, accepted), ROUNDING * length)),
+        most_from_space=float(
+            max(np.quantile(from_space, accepted), np.sqrt(ROUNDING / pixels) * length)
+        ),
     )
 
 
