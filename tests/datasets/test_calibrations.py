@@ -129,7 +129,7 @@ def test_files_of_one_camera_are_read_together(tmp_path):
     text_file = put(tmp_path, FORMS["KITTI"])
     with pytest.raises(CorruptLog, match=r"calib\.txt: text, and not of one camera"):
         read_calibration(text_file, right)
-    with pytest.raises(CorruptLog, match=r"calib\.txt: text, and not of one camera"):
+    with pytest.raises(CorruptLog, match=r"calib\.txt: text, and not of one right camera"):
         read_calibration(left, text_file)
 
 

@@ -73,7 +73,7 @@ BAD = {
     "another sensor": (
         detections,
         FELT + "1,eye,2,0,1,1\n1,radar,2,0,1,1\n",
-        "3: sensor is 'radar', none of laser, eye",
+        "3: sensor is 'radar', none of the sensors laser, eye",
     ),
     "commands that fall": (
         read_commands,

@@ -145,7 +145,7 @@ def read_pair(
     if found.single:
         found = _joined(found, right)
     elif right is not None:
-        raise CorruptLog(f"{path}: {found.form}, and not of one camera, as beside {right}")
+        raise CorruptLog(f"{path}: {found.form}, and not of one camera: no right one, {right}")
     names, remarks = _chosen(found, cameras)
     left, other = (found.matrices[name] for name in names)
     if fault := unrectified(left, other):
@@ -245,7 +245,7 @@ def _joined(found: _Projections, right: Path | None) -> _Projections:
         right = beside
     other = _projections(right)
     if not other.single:
-        raise CorruptLog(f"{right}: {other.form}, and not of one camera, as beside {path}")
+        raise CorruptLog(f"{right}: {other.form}, and not of one right camera as beside {path}")
     eyes = {str(one.path): matrix for one in (found, other) for matrix in one.matrices.values()}
     return found._replace(matrices=eyes)
 

@@ -137,7 +137,7 @@ def read_detections(
     names = rows.columns["sensor"]
     if sensors is not None:
         known = instances("sensors", sensors, str)
-        told = f"none of {', '.join(known)}"
+        told = f"none of the sensors {', '.join(known)}"
         rows.check(~np.isin(names, known), lambda k: f"sensor is {str(names[k])!r}, {told}")
     seen = values[0] >= 0
     for name in ("distance_sigma_m", "direction_sigma_rad"):

@@ -29,7 +29,7 @@ TABLE = write(FOLDER / "table.csv", [b"time_s,x_m,y_m,heading_rad", b"1,0,0,0", 
 BOXES = write(FOLDER / "boxes.csv", [b"frame,x,y,w,h", b"1,3,4,10,12"])
 COLUMNS = write(FOLDER / "columns.csv", [b"time_s,x_m,wrong", b"1,0,0.5"])
 MOVES = write(FOLDER / "moves.csv", [b"time_s,speed_m_s,turn_rate_rad_s", b"1,0,0.5"])
-SEEN = write(FOLDER / "seen.csv", [b"time_s,landmark,x_m", b"1,0,0.5"])
+SEEN = write(FOLDER / "seen.csv", [b"time_s,landmark,x_m,wrong", b"1,0,0.5,0.5"])
 FELT = write(
     FOLDER / "felt.csv",
     [
