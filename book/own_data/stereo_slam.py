@@ -43,8 +43,8 @@ def recorded(root, topic):
     how = {"sides": SIDES, "calibration": CALIBRATION, "allow_gaps": GAPS}
     found = tell(datasets.read_stereo(root, **how))
     pairs, times = found.frames, found.frames.left.times
-    times = np.round(np.array(pairs.left.counts) * TICK, 9) if times is None else np.array(times)
-    return pairs, found.calibration.rig(pairs.size), times
+    times = np.array(pairs.left.counts) * TICK if times is None else np.array(times)
+    return pairs, found.calibration.rig(pairs.size), np.round(times, 9)
 
 
 def by_wheels(file, how, times: np.ndarray) -> list[planar.Odometry]:
