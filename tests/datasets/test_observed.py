@@ -8,6 +8,7 @@ from tests.unchecked import unchecked
 
 POLAR = {"range_m": 200, "bearing_rad": 7}
 SEEN = "time_s,landmark,range_m,bearing_rad\n"
+MOVES = "time_s,speed_m_s,turn_rate_rad_s\n"
 FELT = "time_s,sensor,distance_m,direction_rad,distance_sigma_m,direction_sigma_rad\n"
 
 
@@ -36,12 +37,18 @@ def test_landmarks_need_no_names(tmp_path):
 
 
 def test_detections_tell_who_saw_nobody(tmp_path):
-    found = read_detections(put(tmp_path, FELT + "2,laser,1,.5,.1,.2\n1,eye,-1,0,0,0\n"))
-    assert found.times.tolist() == [2, 1]
-    assert found.sensors.tolist() == ["laser", "eye"]
-    assert found.seen.tolist() == [True, False]
+    rows = "2,laser,1,.5,.1,.2\n1,eye,-1,0,0,0\n3,laser,0,0,1,1\n"
+    found = read_detections(put(tmp_path, FELT + rows))
+    assert found.times.tolist() == [2, 1, 3]
+    assert found.sensors.tolist() == ["laser", "eye", "laser"]
+    assert found.seen.tolist() == [True, False, True]
     np.testing.assert_array_equal(found.values[0], [1, 0.5, 0.1, 0.2])
-    assert read_detections(tmp_path / "seen.csv", {"laser": 1, "eye": 2}).report.lines == 2
+    assert read_detections(tmp_path / "seen.csv", {"laser": 1, "eye": 2}).report.lines == 3
+
+
+def test_commands_may_have_one_time(tmp_path):
+    found = read_commands(put(tmp_path, MOVES + "1,0,0\n1,1,0\n2,0,0\n"))
+    assert found.times.tolist() == [1, 1, 2]
 
 
 def landmarks(path):
@@ -52,7 +59,6 @@ def detections(path):
     return read_detections(path, ["laser", "eye"])
 
 
-MOVES = "time_s,speed_m_s,turn_rate_rad_s\n"
 BAD = {
     "seen twice": (landmarks, SEEN + "1,7,3,0\n2,7,3,0\n1,7,3,1\n", r"4: landmark 7: .* line 2"),
     "range 0": (landmarks, SEEN + "1,7,3,0\n\n2,7,0,0\n", "4: range_m must be positive, got 0"),

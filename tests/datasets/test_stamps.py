@@ -75,6 +75,7 @@ UNFIT = {
     "words between": (["0.0", "b", "c", "d"], "line 2: no time, or more than in other lines: b"),
     "three numbers": (["1 2 3"] * 4, "3 numbers in a line, of which one should be a time"),
     "two numbers": (["1 2.5"] * 4, "2 numbers in a line"),
+    "milliseconds and more": ([f"{k // 1000} 5" for k in MICRO], "2 numbers in a line"),
     "days": (["2024-05-01"] * 4, "a day or a time of day alone is no time"),
     "a week": (["0", "1e6", "2e9", "3e17"], "span 3e"),
     "other names": ([f"{k}.5 {k:03}.jpg" for k in range(4)], "4 pictures have no time, the first"),
