@@ -179,6 +179,12 @@ def test_tum_with_commas_may_count_time_in_other_units(unit, tmp_path):
         np.testing.assert_allclose(read(path, time_unit=unit).times, [1.4e9, 1.4e9 + 1])
 
 
+def test_whole_seconds_between_commas_are_no_nanoseconds(tmp_path):
+    (tmp_path / "a.csv").write_text("0,1,2,0,0,0,0.6,0.8\n1,1,2,0,0,0,0.6,0.8\n")
+    assert track_format(tmp_path / "a.csv") == "TUM"
+    np.testing.assert_allclose(read_track(tmp_path / "a.csv").poses[:, 2], 2 * np.arctan(0.75))
+
+
 def test_matrices_say_how_they_were_read(tmp_path):
     write_kitti(tmp_path / "a.txt", np.eye(4)[None])
     (remark,) = read_space_track(tmp_path / "a.txt").report.remarks
