@@ -301,8 +301,7 @@ def enrol(
         part = min(count, int(others.sum()) - 1)
         if _are_alike(faces[others]):
             for k in np.flatnonzero(~others):
-                mine = model.distances(model.descriptors[k])[others & (whose == whose[k])]
-                distances.append(mine.min())
+                distances.append(model.distances(model.descriptors[k])[others].min())
                 from_space.append(np.sqrt(np.mean((faces[k] - faces[others][0]) ** 2)))
             continue
         space = Eigenfaces.learn(faces[others], list(whose[others]), part, whiten=whiten)
