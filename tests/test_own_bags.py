@@ -185,7 +185,8 @@ def test_judge_in_space(name, tmp_path):
     bags.write_bag(tmp_path / name, [*said, bags.odometry(0.1, path[1], topic="/other")])
     plain = play(tmp_path, "judge.py", "off.tum", "path.tum", "--align", "se3")
     of_bag = play(tmp_path, "judge.py", "off.tum", name, "--align", "se3", "--topic", "/odom")
-    assert of_bag == plain
+    bare = "path.tum: no names of columns: read as TUM, time x y z qx qy qz qw\n"
+    assert of_bag == plain.replace(bare, "") != plain
     assert "poses: 40, of the truth: 40, together: 40\n" in plain
     assert play(tmp_path, "judge.py", name, name, "--topic", "odom").startswith("poses: 40")
 
@@ -202,7 +203,7 @@ def test_stereo_slam(name, tmp_path):
     said, lines = [], []
     for side, shift in (("l", 0.0), ("r", -f * rig.baseline)):
         (tmp_path / f"image_{side}").mkdir()
-        lines.append(f"P0: {f} 0 {u} {shift} 0 {f} {v} 0 0 0 1 0\n")
+        lines.append(f"P{'lr'.index(side)}: {f} 0 {u} {shift} 0 {f} {v} 0 0 0 1 0\n")
     for k, pair in enumerate(stereo.frames(world.scene, rig, path, rng=np.random.default_rng(13))):
         said.append(
             bags.odometry(times[k], se3.from_se2(path[k]), speed=speeds[k, 0], turn=speeds[k, 1])

@@ -4,7 +4,7 @@ from itertools import repeat
 
 import numpy as np
 
-from robot_perception.datasets import read_columns, read_commands, write_columns
+from robot_perception.datasets import read_commands, read_landmarks, write_columns
 from robot_perception.extras import needing
 from robot_perception.scripts import Recording, Results, script, tell
 from robot_perception.slam import planar
@@ -15,8 +15,7 @@ with needing():
 
 DELAY = 0.0  # from a command to its effect, s
 WHEELS = np.array([0.05, 0.05]) ** 2  # variance per second of distance, m²/s, and turn, rad²/s
-NAMED = {"time_s": np.inf, "landmark": 1e9}  # a landmark is optional
-SENSORS = {  # what else is in an observation, and its noise
+SENSORS = {  # what is in an observation beside its time and landmark, and its noise
     "polar": ({"range_m": 200, "bearing_rad": 7}, planar.RangeBearing(np.diag([0.1, 0.03]) ** 2)),
     "points": ({"x_m": 200, "y_m": 200}, planar.CartesianSensor(np.diag([0.1, 0.1]) ** 2)),
 }
@@ -33,13 +32,9 @@ def main(kind, commands, observations, out, topic, time_unit, force):
     """EKF-SLAM on a robot's log: its commands and what it saw."""
     measured, sensor = SENSORS[kind]
     told = tell(read_commands(commands, time_unit=time_unit, topic=topic))
-    name = ["landmark"]
-    seen = read_columns(
-        observations, NAMED | measured, optional=name, integers=name, time_unit=time_unit
-    )
-    ids = seen.get("landmark", np.full(len(seen["time_s"]), -1))  # -1: nobody knows which
-    values = np.column_stack([seen[column] for column in measured])
-    merged = merge(told.times, told.velocities, seen["time_s"], delay=DELAY)
+    table = tell(read_landmarks(observations, measured, time_unit=time_unit))
+    ids, values = table.landmarks, table.values  # -1: nobody knows which
+    merged = merge(told.times, told.velocities, table.times, delay=DELAY)
     motions = map(planar.Odometry, *planar.compound(merged.held, WHEELS))
     seen = [planar.Observations(ids[rows], values[rows]) for rows in merged.rows]
     steps = map(planar.Step, motions, seen, repeat(()), merged.times[1:])

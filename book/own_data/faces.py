@@ -56,7 +56,7 @@ def seen(film: datasets.Film, gallery: Gallery, rows: list) -> Iterator[np.ndarr
             left, top, wide, high = np.rint(box).astype(int).tolist()
             name, colour = found.name or NOBODY, KNOWN if found.name else UNKNOWN
             rows.append((k, left + 1, top + 1, wide, high, name, found.distance))
-            cv2.rectangle(drawn, (left, top), (left + wide, top + high), colour, 2)
+            cv2.rectangle(drawn, (left, top, wide, high), colour, 2)
             cv2.putText(drawn, labels.get(name, "?"), (left, max(top - 4, 10)), 0, 0.5, colour)
         yield drawn
 

@@ -100,7 +100,7 @@ def drawn(image: np.ndarray, state: RobotState, info: RobotInfo, smaller: float)
     boxes += [(state.person.box, TUTOR)] if state.person is not None else []
     for box, colour in boxes:
         left, top, wide, high = np.rint(box / smaller).astype(int).tolist()
-        cv2.rectangle(image, (left, top), (left + wide, top + high), colour, 2)
+        cv2.rectangle(image, (left, top, wide, high), colour, 2)
     cv2.putText(image, state.name, (6, image.shape[0] - 8), 0, 0.6, TUTOR, 2)
     return image
 

@@ -66,11 +66,12 @@ def consistency(estimate: Track, truth: np.ndarray, covered: np.ndarray) -> str:
 
 def together(
     estimate_file: Path, truth_file: Path, between: bool, **how
-) -> tuple[np.ndarray, np.ndarray]:
-    """Poses in space of the two files at the same times, or in the same order."""
+) -> tuple[np.ndarray, np.ndarray, list[Path]]:
+    """Poses in space at the same times, or in the same order; and which files have no times."""
     estimate, truth = (tell(read_space_track(file, **how)) for file in (estimate_file, truth_file))
     poses, true = estimate.poses, truth.poses
-    if estimate.times is None or truth.times is None:
+    untimed = [f for f, t in ((estimate_file, estimate), (truth_file, truth)) if t.times is None]
+    if untimed:
         if len(poses) != len(true):
             told = f"{estimate_file} has {len(poses)} poses and {truth_file} {len(true)}"
             raise ValueError(f"without times there must be as many poses in both, {told}")
@@ -90,18 +91,20 @@ def together(
                 else f", to {NEAR:g} s; --interpolate takes what lies between two"
             )
         )
-    return poses, true
+    return poses, true, untimed
 
 
 def in_space(estimate_file: Path, truth_file: Path, alignment: str, between: bool, **how) -> None:
     """Errors of positions and rotations, as evo has them."""
-    poses, true = together(estimate_file, truth_file, between, **how)
+    poses, true, untimed = together(estimate_file, truth_file, between, **how)
     poses, found = spatial.align_poses(poses, true, alignment)
     print(f"alignment: {alignment}, scale {found.scale:.4f}")
     print(f"ATE: {spatial.absolute_error(poses[:, :3, 3], true[:, :3, 3]):.3f} m")
     last = spatial.absolute_error(poses[-1:, :3, 3], true[-1:, :3, 3])
     say(f"relative error over {DISTANCE:g} m", lambda: relative(spatial, poses, true))
     print(f"at the end: {last:.3f} m")
+    if untimed:
+        print(f"poses were paired by their order: no times in {' and '.join(map(str, untimed))}")
 
 
 @script

@@ -29,8 +29,6 @@ PEOPLE = AggregationRules(sensors=SENSORS, walk=0.5, person=0.5)  # m in a secon
 STATIC = StaticRules(spread=0.4, longest=20.0)  # who stays within 0.4 m for 20 s may be furniture
 LEGS = legs.LegRules()  # their widths and distances in a scan
 GAP = 0.5  # longest gap of the robot's poses that is bridged, s
-DISTANCE = {"distance_m": 200, "distance_sigma_m": 20}  # largest number; -1: it saw nobody
-DIRECTION = {"direction_rad": 7, "direction_sigma_rad": 7}
 RATE, SIDE, REACH, TRAIL = 10.0, 480, 8.0, 5.0  # of the film: pictures in a second, px, m, s
 
 Reading = tuple[Detections, np.ndarray]  # and the points (n, 2) of a scan, m
@@ -38,27 +36,25 @@ Reading = tuple[Detections, np.ndarray]  # and the points (n, 2) of a scan, m
 
 def from_table(file: Path, time_unit: str) -> list[Reading]:
     """Readings of any sensors in the order of their times."""
-    limits = {"time_s": np.inf} | DISTANCE | DIRECTION
-    times, *numbers, names = datasets.read_columns(
-        file, limits, texts=["sensor"], time_unit=time_unit
-    ).values()
-    if unknown := sorted({*names} - {*SENSORS}):
-        raise ValueError(f"{file}: SENSORS has no rules for {', '.join(unknown)}")
-    found = []
+    table = tell(datasets.read_detections(file, SENSORS, time_unit=time_unit))
+    times, names, found = table.times, table.sensors, []
     for time, name in sorted({*zip(times.tolist(), names.tolist(), strict=True)}):
-        rows = (times == time) & (names == name) & (numbers[0] >= 0)
-        r, r_sigma, phi, phi_sigma = (column[rows] for column in numbers)
-        found.append((Detections(time, name, polar(r, phi, r_sigma, phi_sigma)), np.zeros((0, 2))))
+        r, phi, *sigmas = table.values[(times == time) & (names == name) & table.seen].T
+        found.append((Detections(time, name, polar(r, phi, *sigmas)), np.zeros((0, 2))))
     return found
 
 
-def from_laser(file: Path, topic: tuple[str, ...], unit: str) -> tuple[list[Reading], np.ndarray]:
+def from_laser(
+    file: Path, topic: tuple[str, ...], field: tuple[float, float] | None, unit: str
+) -> tuple[list[Reading], np.ndarray]:
     """Scans at the height of legs, and the poses that their log knows."""
     archive, bag = file.suffix == ".npz", datasets.is_bag(file)
-    read = datasets.read_leg_scans if archive else datasets.read_carmen_log
-    log = tell(
-        datasets.read_bag_log(file, topic, still=True) if bag else read(file, time_unit=unit)
-    )
+    if bag:
+        log = tell(datasets.read_bag_log(file, topic, still=True))
+    elif archive:
+        log = datasets.read_leg_scans(file, time_unit=unit)
+    else:
+        log = datasets.read_carmen_log(file, field_of_view=field, time_unit=unit)
     found, ahead = [], np.stack([np.cos(log.angles), np.sin(log.angles)], axis=-1)
     for time, ranges in zip(log.times.tolist(), tqdm(log.ranges, "scans"), strict=True):
         there, seen = np.isfinite(ranges), legs.detect(ranges, log.angles, LEGS)
@@ -99,10 +95,10 @@ def film(shown: list[tuple], times: np.ndarray) -> Iterator[np.ndarray]:
 @click.argument("file", type=Recording())
 @click.argument("out", type=Results(".csv", "_mot.txt", ".mp4"))
 @click.argument("way", type=Recording(), required=False)
-def main(kind, file, out, way, topic, time_unit, force):
+def main(kind, file, out, way, field, topic, time_unit, force):
     """People round a robot, by detections of any sensors or by the legs in laser scans."""
     if kind == "legs":
-        readings, poses = from_laser(file, topic, time_unit)
+        readings, poses = from_laser(file, topic, field, time_unit)
     else:
         readings, poses = from_table(file, time_unit), None
     times = np.array([seen.time for seen, _ in readings])

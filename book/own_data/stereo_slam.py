@@ -18,9 +18,9 @@ with needing():
     import cv2
     from tqdm import tqdm
 
-LEFT, RIGHT = ("image_l", "*.png"), ("image_r", "*.png")  # folder, and which files of it
-CALIBRATION = "calib.txt"  # in FOLDER; or datasets.Calibration((fx, fy), (cx, cy), baseline)
-TICK = 0.1  # from one number of a picture to the next, s; 1e-9 where they are nanoseconds
+SIDES = None  # folders of left and right pictures, if they have no usual names
+CALIBRATION = None  # file, if of no usual name; or datasets.Calibration((fx, fy), (cx, cy), b)
+TICK = 0.1  # from one picture to the next, s, where neither names nor a file tell the times
 GAPS = False  # whether numbers may be missing
 MOUNT = level_mount(np.array([0.0, 0.0, 0.0]))  # where the left camera sits on the robot, m
 WHEELS = np.array([0.05, 0.05]) ** 2  # variance per second of distance, m²/s, and turn, rad²/s
@@ -40,11 +40,11 @@ def recorded(root, topic):
     if datasets.is_bag(root):
         pairs = tell(datasets.read_bag_stereo(root, topic))
         return pairs, pairs.calibration.rig(pairs.size), pairs.times
-    told = CALIBRATION
-    told = datasets.read_calibration(root / told) if isinstance(told, str) else told
-    sides = (datasets.read_images(root / at, kind, allow_gaps=GAPS) for at, kind in (LEFT, RIGHT))
-    pairs = datasets.StereoSequence(*sides)
-    return pairs, told.rig(pairs.size), np.round(np.array(pairs.numbers) * TICK, 9)
+    how = {"sides": SIDES, "calibration": CALIBRATION, "allow_gaps": GAPS}
+    found = tell(datasets.read_stereo(root, **how))
+    pairs, times = found.frames, found.frames.left.times
+    times = np.array(pairs.left.counts) * TICK if times is None else np.array(times)
+    return pairs, found.calibration.rig(pairs.size), np.round(times, 9)
 
 
 def by_wheels(file, how, times: np.ndarray) -> list[planar.Odometry]:

@@ -128,8 +128,9 @@ def main(kind, film, box, out, topic, force):
     numbers = np.array(recorded.numbers)
     outlines, lost = zip(*rows, strict=True)
     low, high = (np.array([f(line, axis=0) for line in outlines]) for f in (np.min, np.max))
-    corner, size = np.round(low) + 1, np.maximum(np.round(high) - np.round(low) + 1, 1)
-    told = dict(zip("xywh", np.hstack([corner, size]).T, strict=True))  # x and y count from 1
+    corner = np.floor(low + 0.5)  # the first pixel inside; ends of a box lie between two
+    size = np.maximum(np.ceil(high - 0.5) - corner + 1, 1)
+    told = dict(zip("xywh", np.hstack([corner + 1, size]).T, strict=True))  # x and y count from 1
     columns = {"frame": numbers, **told, "lost": np.array(lost) * 1}
     datasets.write_columns(out[".csv"], columns, overwrite=force)
     u, v = np.vstack(outlines).T
@@ -139,7 +140,7 @@ def main(kind, film, box, out, topic, force):
     print(f"pictures: {count}, of which lost: {sum(lost)}")
     for remark in recorded.remarks:
         print(remark)
-    print("last box: " + ",".join(f"{value:.0f}" for value in [*low[-1], *size[-1]]))
+    print("last box: " + ",".join(f"{value:.0f}" for value in [*corner[-1], *size[-1]]))
 
 
 if __name__ == "__main__":

@@ -22,20 +22,21 @@ LEAST_SCANS = 4  # a wall seen in fewer is left out
 @click.argument("kind", type=click.Choice(["carmen", "graph", "bag", "array"]))
 @click.argument("files", type=Recording(), nargs=-1, required=True)
 @click.argument("out", type=Results())
-def main(kind, files, out, topic, time_unit, force):
+def main(kind, files, out, field, topic, time_unit, force):
     """Walls from scans: carmen LOG OUT, graph LOG OUT, bag LOG OUT, or array RANGES POSES OUT."""
     if len(files) != (2 if kind == "array" else 1):
         raise ValueError("array takes RANGES and POSES, the others one LOG; then comes OUT")
     if kind == "array":
         ranges = datasets.read_ranges(files[0], max_range=MAX_RANGE)
-        angles = np.linspace(*FIELD, ranges.shape[1])
+        angles = np.linspace(*(field or FIELD), ranges.shape[1])
         poses = tell(datasets.read_track(files[1], time_unit=time_unit, topic=topic)).poses
     else:
         if kind == "bag":
             log = tell(datasets.read_bag_log(files[0], topic))
+        elif kind == "graph":
+            log = datasets.read_graph_log(files[0], timed=False)  # a map needs no times
         else:
-            read = datasets.read_carmen_log if kind == "carmen" else datasets.read_graph_log
-            log = read(files[0], timed=False)  # a map needs no times
+            log = datasets.read_carmen_log(files[0], timed=False, field_of_view=field)
         ranges, angles, poses = log.ranges, log.angles, log.poses
     if len(ranges) != len(poses):
         counts = f"{len(ranges)} and {len(poses)}"

@@ -1,6 +1,7 @@
 """What the scripts of "Your own data" share: arguments, places of results, errors in one line."""
 
 import io
+import math
 import os
 import sys
 from collections.abc import Callable, Iterator, Mapping
@@ -107,6 +108,22 @@ class Results(click.ParamType):
         return places
 
 
+class Field(click.ParamType):
+    """An option with the directions of a laser's first and last beam, degrees; it becomes rad."""
+
+    name = "field"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the two angles, which lie within a turn."""
+        try:
+            first, last = (float(word) for word in str(value).split(","))
+        except ValueError:
+            self.fail(f"{value}: not two angles in degrees, such as -135,135", param, ctx)
+        if not max(abs(first), abs(last)) <= 360:
+            self.fail(f"{value}: an angle beyond a full turn of 360 degrees", param, ctx)
+        return math.radians(first), math.radians(last)
+
+
 class Script(click.Command):
     """A command that refuses to write over what it reads, and ends in one line on bad input."""
 
@@ -187,8 +204,8 @@ def script(main: Main) -> Script:
     """Make a script of a function whose parameters are arguments and options of `click`.
 
     Its docstring is the help. It gets ``--force``, which reaches it as ``force``, if it has an
-    argument of type `Results`, ``--topic``, once or more, if it takes ``topic``, and
-    ``--time-unit`` if it takes ``time_unit``.
+    argument of type `Results`, ``--topic``, once or more, if it takes ``topic``, ``--time-unit`` if
+    it takes ``time_unit``, and ``--field`` if it takes ``field``.
     """
     if any(isinstance(one.type, Results) for one in getattr(main, "__click_params__", ())):
         told = "Write over files that are there."
@@ -200,6 +217,9 @@ def script(main: Main) -> Script:
         told = "What the recordings count time in; a bag tells it itself."
         units = click.Choice(TIME_UNITS)
         main = click.option("--time-unit", type=units, default="s", help=told)(main)
+    if "field" in signature(main).parameters:
+        told = "Directions of the first and last beam, degrees, where a log of a laser tells none."
+        main = click.option("--field", type=Field(), metavar="FIRST,LAST", help=told)(main)
     words = {"help_option_names": ["-h", "--help"], "ignore_unknown_options": True}  # -5,3 is none
     return click.command(cls=Script, context_settings=words)(main)
 

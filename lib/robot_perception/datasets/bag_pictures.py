@@ -11,9 +11,9 @@ from jaxtyping import Float, UInt8
 from robot_perception import checks
 from robot_perception.datasets import bags
 from robot_perception.datasets.bags import Bag, Topics
+from robot_perception.datasets.calibrations import Calibration, rectified_pair
 from robot_perception.datasets.logs import CorruptLog, ReadReport, as_path
 from robot_perception.datasets.pictures import LARGEST, CorruptImage, decode, upper_bits
-from robot_perception.datasets.stereo import Calibration, rectified_pair
 from robot_perception.datasets.video import Film
 from robot_perception.extras import needing
 

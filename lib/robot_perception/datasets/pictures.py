@@ -18,6 +18,25 @@ from robot_perception.extras import needing
 from robot_perception.files import DamagedFile, reading
 
 FORMATS = ("PNG", "JPEG", "PPM", "BMP", "TIFF", "GIF", "WEBP")  # none starts another program
+UNREAD = {  # by the endings of their names
+    ".heic": "HEIC",
+    ".heif": "HEIC",
+    ".avif": "AVIF",
+    ".jxl": "JPEG XL",
+    ".jp2": "JPEG 2000",
+    ".dng": "DNG",
+    ".cr2": "CR2",
+    ".nef": "NEF",
+    ".arw": "ARW",
+}
+"""Formats of pictures that are named and not read."""
+MARKS = {  # of their contents, and where these stand
+    (4, b"ftypavi"): "AVIF",
+    (4, b"ftyphe"): "HEIC",
+    (4, b"ftypmif1"): "HEIC",
+    (0, b"\0\0\0\x0cJXL "): "JPEG XL",
+    (0, b"\0\0\0\x0cjP  "): "JPEG 2000",
+}
 BYTES = ("1", "L", "LA", "P", "PA", "RGB", "RGBA", "RGBX", "CMYK", "YCbCr")  # of eight bits
 DEEP = ("I;16", "I;16B", "I;16L", "I;16N", "I")  # grey values of sixteen bits
 LARGEST = 2**26
@@ -35,6 +54,7 @@ INTERLACED = (
     (1, 0, 2, 2),
     (0, 1, 1, 2),
 )
+READ = f"{', '.join(FORMATS[:-1])} and {FORMATS[-1]} are"
 MARKER = re.compile(rb"\xff[^\0\xff\xd0-\xd7]")  # that ends the rows of a JPEG
 ROWS = b"\x5a\xa5\x3c\x69\x96\xc3\x12\xed" * 8  # compressed pixels, whatever they show
 MORE_ROWS = ROWS + b"".join(b"\xff" + bytes([restart]) + ROWS for restart in range(0xD0, 0xD8))
@@ -103,6 +123,9 @@ def decode(path: Path | str, content: bytes, *, colour: bool) -> UInt8[np.ndarra
     """
     if not content:
         raise CorruptImage(f"{path}: the file is empty")
+    for (at, mark), form in MARKS.items():
+        if content.startswith(mark, at):
+            raise CorruptImage(f"{path}: a picture in {form}, which is not read; {READ}")
     with (
         reading(path, "no picture, or a damaged one", CorruptImage),
         warnings.catch_warnings(action="ignore"),  # what is not refused is read right

@@ -22,7 +22,7 @@ from robot_perception.datasets.images import (
     read_images,
 )
 from robot_perception.datasets.logs import as_path
-from robot_perception.datasets.pictures import LARGEST, CorruptImage
+from robot_perception.datasets.pictures import LARGEST, READ, UNREAD, CorruptImage
 from robot_perception.extras import needing
 from robot_perception.files import destination, written
 
@@ -64,6 +64,8 @@ class Film(Iterator[UInt8[np.ndarray, "height width 3"]]):
         of its files; times are in seconds, and there are none where nothing tells them.
     finished
         Whether all were read.
+    composed
+        Whether the numbers are put together from several, so that they count nothing.
     """
 
     path: Path
@@ -76,6 +78,7 @@ class Film(Iterator[UInt8[np.ndarray, "height width 3"]]):
     numbers: list[int] = field(default_factory=list)
     times: list[float] = field(default_factory=list)
     finished: bool = False
+    composed: bool = False
 
     def __next__(self) -> UInt8[np.ndarray, "height width 3"]:
         """Read the next picture."""
@@ -112,7 +115,7 @@ class Film(Iterator[UInt8[np.ndarray, "height width 3"]]):
         ----------
         rate
             Pictures in a second where nothing tells the times; they then begin with 0, and a number
-            that is missing in a folder leaves a gap.
+            that is missing in a folder leaves a gap, unless numbers are put together from several.
 
         Raises
         ------
@@ -122,7 +125,8 @@ class Film(Iterator[UInt8[np.ndarray, "height width 3"]]):
         rate = checks.positive("rate", rate)
         if self.times:
             return np.array(self.times)
-        return np.array([number - self.numbers[0] for number in self.numbers]) / rate
+        counts = range(self.count) if self.composed else self.numbers
+        return np.array([number - counts[0] for number in counts]) / rate
 
 
 def read_film(path: str | Path, pattern: str | None = None, *, topic: Topics = None) -> Film:
@@ -168,12 +172,13 @@ def read_film(path: str | Path, pattern: str | None = None, *, topic: Topics = N
         zip(sequence.numbers, times, sequence, strict=True),
         _remarks(sequence),
         sequence.skipped,
+        composed=sequence.composed,
     )
 
 
 def _remarks(sequence: ImageSequence) -> list[str]:
     """Return sentences on what a folder lacks and what was skipped in it."""
-    remarks = []
+    remarks = list(sequence.remarks)
     if sequence.gaps:
         count = count_gaps(sequence.gaps)
         remarks.append(f"pictures that are missing: {count} ({name_gaps(sequence.gaps)})")
@@ -216,7 +221,10 @@ def read_video(path: str | Path) -> Film:
         head = file.read(512)
     if head and not CONTROL.search(head) and not head.startswith(b"YUV4MPEG2"):
         raise CorruptImage(f"{path}: no film, or a damaged one: a text, such as a list of films")
-    if path.suffix.lower() in ENDINGS and path.suffix.lower() != ".gif":
+    ending = path.suffix.lower()
+    if ending in UNREAD:
+        raise CorruptImage(f"{path}: a picture in {UNREAD[ending]}, which is not read; {READ}")
+    if ending in ENDINGS and ending != ".gif":
         raise CorruptImage(f"{path}: a picture, and no film; read_film takes the folder of many")
     if lost := missing_bytes(path):
         raise CorruptImage(f"{path}: no whole film: it was cut, {lost} bytes are missing")

@@ -17,6 +17,7 @@ CALLS = {
     geometry.inverse: lambda: call(POSE),
     geometry.between: lambda: call(POSE, POSE),
     geometry.act: lambda: call(POSE, np.ones((4, 2))),
+    homographies.condition_number: lambda: call(np.eye(3)),
     homographies.apply: lambda: call(
         np.array([[1.0, 0, 2], [0, 1, 3], [0, 1e-3, 1]]), np.ones((4, 2))
     ),
