@@ -6,15 +6,14 @@ from pathlib import Path
 import numpy as np
 
 from robot_perception import datasets
-from robot_perception.extras import needing
 from robot_perception.geometry import se2
 from robot_perception.people import PeopleTracker, legs
 from robot_perception.people.aggregation import AggregationRules, SensorRules
 from robot_perception.people.detections import Detections, polar
 from robot_perception.people.trajectories import StaticRules
-from robot_perception.scripts import Recording, Results, script, tell
+from robot_perception.scripts import Kinds, Recording, Results, installed, script, tell
 
-with needing():
+with installed():
     import click
     import cv2
     from tqdm import tqdm
@@ -28,9 +27,21 @@ SENSORS = {  # any name may join: how much it is believed, and when its silence 
 PEOPLE = AggregationRules(sensors=SENSORS, walk=0.5, person=0.5)  # m in a second; least weight
 STATIC = StaticRules(spread=0.4, longest=20.0)  # who stays within 0.4 m for 20 s may be furniture
 LEGS = legs.LegRules()  # their widths and distances in a scan
+FIELD = None  # directions of a CARMEN log's first and last beam, rad, where their number is unusual
 GAP = 0.5  # longest gap of the robot's poses that is bridged, s
 DISTANCE = {"distance_m": 200, "distance_sigma_m": 20}  # largest number; -1: it saw nobody
 DIRECTION = {"direction_rad": 7, "direction_sigma_rad": 7}
+KINDS = {
+    "detections": "FILE is CSV with columns time_s,sensor,distance_m,direction_rad,"
+    "distance_sigma_m,direction_sigma_rad; a distance of -1 says that the sensor saw nobody.",
+    "legs": "FILE has scans at the height of legs: a CARMEN log, a NumPy archive or a ROS bag.",
+}
+WAY = "The robot's trajectory, if it drives: CSV with columns time_s,x_m,y_m,heading_rad, or TUM."
+RESULTS = {
+    ".csv": "Who was where at each reading: time_s,person,x_m,y_m,weight,static.",
+    "_mot.txt": "The same as the MOT challenge has it; frames are readings.",
+    ".mp4": "All seen from above.",
+}
 RATE, SIDE, REACH, TRAIL = 10.0, 480, 8.0, 5.0  # of the film: pictures in a second, px, m, s
 
 Reading = tuple[Detections, np.ndarray]  # and the points (n, 2) of a scan, m
@@ -55,10 +66,12 @@ def from_table(file: Path, time_unit: str) -> list[Reading]:
 def from_laser(file: Path, topic: tuple[str, ...], unit: str) -> tuple[list[Reading], np.ndarray]:
     """Scans at the height of legs, and the poses that their log knows."""
     archive, bag = file.suffix == ".npz", datasets.is_bag(file)
-    read = datasets.read_leg_scans if archive else datasets.read_carmen_log
-    log = tell(
-        datasets.read_bag_log(file, topic, still=True) if bag else read(file, time_unit=unit)
-    )
+    if bag:
+        log = tell(datasets.read_bag_log(file, topic, still=True))
+    elif archive:
+        log = tell(datasets.read_leg_scans(file, time_unit=unit))
+    else:
+        log = tell(datasets.read_carmen_log(file, field_of_view=FIELD, time_unit=unit))
     found, ahead = [], np.stack([np.cos(log.angles), np.sin(log.angles)], axis=-1)
     for time, ranges in zip(log.times.tolist(), tqdm(log.ranges, "scans"), strict=True):
         there, seen = np.isfinite(ranges), legs.detect(ranges, log.angles, LEGS)
@@ -95,10 +108,10 @@ def film(shown: list[tuple], times: np.ndarray) -> Iterator[np.ndarray]:
 
 
 @script
-@click.argument("kind", type=click.Choice(["detections", "legs"]))
-@click.argument("file", type=Recording())
-@click.argument("out", type=Results(".csv", "_mot.txt", ".mp4"))
-@click.argument("way", type=Recording(), required=False)
+@click.argument("kind", type=Kinds(KINDS))
+@click.argument("file", type=Recording("What is read, see above."))
+@click.argument("out", type=Results(RESULTS))
+@click.argument("way", metavar="[POSES]", type=Recording(WAY), required=False)
 def main(kind, file, out, way, topic, time_unit, force):
     """People round a robot, by detections of any sensors or by the legs in laser scans."""
     if kind == "legs":
