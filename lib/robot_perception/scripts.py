@@ -63,7 +63,7 @@ WORDS = {
     r"\boverwrite=True replaces\b": "--force writes over",
     r"\bread_carmen_log\b": "walls.py carmen",
     r"\bread_graph_log\b": "walls.py graph",
-    r"\buse read_landmark_graph\b": "no script reads one",
+    r"\b(use )?read_landmark_graph\b": "no script reads one",
     r"\bread_space_track\b": "judge.py",
     r"\bread_film takes\b": "give",
 }
@@ -384,7 +384,7 @@ def _is_there(name: Any) -> bool:
     """
     path = Path(name)
     packed = path.with_suffix("") if path.suffix == ".gz" else Path(f"{path}.gz")
-    return path.exists() or packed.is_file()
+    return bool(name) and (path.exists() or packed.is_file())
 
 
 def _state(path: Path) -> tuple[int, int] | None:
