@@ -669,6 +669,26 @@ def test_people_in_a_real_hall(tmp_path):
     assert np.mean(np.array(gaps) < 0.3) > 0.8
 
 
+@pytest.mark.parametrize("rule", ["WalkRules()", "None"])
+def test_where_nobody_walks_there_is_nobody(rule, tmp_path):
+    """A scanner that is driven through a room without people, the first twenty seconds."""
+    with np.load(recording("leg_scans", "negative_2_left.npz")) as known:
+        parts = {name: known[name] for name in known.files}
+    parts |= {name: parts[name][:150] for name in ("stamp", "ranges")}
+    np.savez(tmp_path / "room.npz", **parts)
+    changed(tmp_path, "people.py", WALK=rule)
+    said = run(tmp_path, "people.py", "legs", "room.npz", "room")
+    assert 5 < numbers(said, "the scanner moves, by its scans:")[0] < 20
+    rows = (tmp_path / "room.csv").read_text().splitlines()
+    if rule == "None":
+        assert numbers(said, "detections:")[1] > 20
+        assert len(rows) > 500
+    else:
+        assert ", people: nobody\n" in said
+        assert numbers(said, "tracks that never walked 0.8 m, left out:")[0] > 20
+        assert len(rows) == 1
+
+
 # A thing in a film -------------------------------------------------------------------------------
 
 
