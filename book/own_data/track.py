@@ -25,6 +25,7 @@ with installed():
     from tqdm import tqdm
 
     from robot_perception.appearance.affine_snake import SnakeRules
+    from robot_perception.appearance.certainty import CertaintyRules, certainty, original
     from robot_perception.appearance.colour_distribution import Dynamics
     from robot_perception.appearance.colour_histograms import histogram, two_views
     from robot_perception.appearance.colour_shape import ColourShapeRules, ColourShapeTracker
@@ -40,6 +41,7 @@ SHAPE = ColourShapeRules(
     binning=Binning("opponent", (32, 32, 4)), opening=3, snake=SnakeRules(reach=(20.0, 3.0))
 )
 DRIFT = [0.01] * 3 + [0.005] * 3 + [0.03] * 2  # of the colours: mean, spread, turn (rad) a picture
+SURE = CertaintyRules()  # below its `least` the thing counts as lost; least=0: as trackers say
 COLUMNS = {"u_px": 1e5, "v_px": 1e5}  # of a file with an outline
 KINDS = {
     "ellipse": "An upright ellipse by its colours: for heads.",
@@ -53,7 +55,7 @@ BOX = Numbers(
     or_file=True,
 )
 RESULTS = {
-    ".csv": "Boxes: frame,x,y,w,h,lost; x and y count pixels from 1.",
+    ".csv": "Boxes: frame,x,y,w,h,certainty,lost; x and y count pixels from 1.",
     "_outlines.csv": "Outlines: frame,u_px,v_px, counted from 0.",
     ".mp4": "The pictures with the outline, red where the thing is lost.",
 }
@@ -129,10 +131,12 @@ def follow(kind: str, pictures, outline: Outline, rows: list) -> Iterator[np.nda
     step, lost = None, False
     for image in pictures:
         if step is None:
-            step = TRACKERS[kind](image, outline)
+            step, first = TRACKERS[kind](image, outline), original(image, outline, SURE)
         else:
             outline, lost = step(image)
-        rows.append((outline, lost))
+        sure = certainty(image, outline, first, SURE)
+        lost = lost or sure.lost
+        rows.append((outline, lost, sure.probability))
         drawn = image.copy()
         line = outline.round().astype(np.int32)
         cv2.polylines(drawn, [line], True, (230, 30, 30) if lost else (0, 220, 0), 2)
@@ -153,19 +157,20 @@ def main(kind, film, box, out, topic, force):
     rate = recorded.rate or RATE
     count = datasets.write_video(out[".mp4"], frames, rate=rate, overwrite=force)
     numbers = np.array(recorded.numbers)
-    outlines, lost = zip(*rows, strict=True)
+    outlines, lost, sure = zip(*rows, strict=True)
     low, high = (np.array([f(line, axis=0) for line in outlines]) for f in (np.min, np.max))
     corner, size = np.round(low) + 1, np.maximum(np.round(high) - np.round(low) + 1, 1)
     told = dict(zip("xywh", np.hstack([corner, size]).T, strict=True))  # x and y count from 1
-    columns = {"frame": numbers, **told, "lost": np.array(lost) * 1}
+    columns = {"frame": numbers, **told, "certainty": sure, "lost": np.array(lost) * 1}
     datasets.write_columns(out[".csv"], columns, overwrite=force)
     u, v = np.vstack(outlines).T
     whose = np.repeat(numbers, [len(line) for line in outlines])
     columns = {"frame": whose, "u_px": u, "v_px": v}
     datasets.write_columns(out["_outlines.csv"], columns, overwrite=force)
-    print(f"pictures: {count}, of which lost: {sum(lost)}")
+    print(f"pictures: {count}, of which lost: {sum(lost)}, certainty: {np.mean(sure):.2f}")
     tell(recorded)
-    print("last box: " + ",".join(f"{value:.0f}" for value in [*low[-1], *size[-1]]))
+    last = ",".join(f"{value:.0f}" for value in [*low[-1], *size[-1]])
+    print(f"last box: {last}, certainty: {sure[-1]:.2f}{', lost' * bool(lost[-1])}")
 
 
 if __name__ == "__main__":
