@@ -707,7 +707,7 @@ def test_track_keeps_to_what_it_is_shown(kind, least, tmp_path):
     write_video(tmp_path / "film.avi", film.frames, rate=15)
     table(tmp_path / "outline.csv", "u_px,v_px", [*film.outlines[0].T])
     said = run(tmp_path, "track.py", kind, "film.avi", "outline.csv", "run")
-    assert numbers(said, "pictures:") == [30, 0]
+    assert numbers(said, "pictures:")[:2] == [30, 0]
     rows = np.loadtxt(tmp_path / "run_outlines.csv", delimiter=",", skiprows=1)
     shape, shares = film.frames.shape[1:3], []
     for k, truth in enumerate(film.outlines):
@@ -718,8 +718,37 @@ def test_track_keeps_to_what_it_is_shown(kind, least, tmp_path):
     low, high = (f(rows[rows[:, 0] == 30, 1:], axis=0) for f in (np.min, np.max))
     np.testing.assert_allclose(boxes.centres[-1], (low + high) / 2, atol=1)
     np.testing.assert_allclose(boxes.boxes[-1, 2:], high - low + 1, atol=1)
-    assert numbers(said, "last box:") == boxes.boxes[-1].tolist()
+    *last, sure = numbers(said, "last box:")
+    assert last == boxes.boxes[-1].tolist()
+    told = read_columns(tmp_path / "run.csv", {"certainty": 1, "lost": 1})
+    assert sure == pytest.approx(told["certainty"][-1], abs=0.006)
+    assert told["certainty"].min() > 0.3
     assert len(list(read_video(tmp_path / "run.mp4"))) == 30
+
+
+def test_what_has_slid_beside_a_real_head_is_called_lost(tmp_path):
+    """Backwards from where a large box holds much of the blinds, which it keeps to."""
+    folder = recording("head_girl")
+    marked = read_boxes(folder / "groundtruth_rect.csv").boxes[249:99:-1]
+    (tmp_path / "img").mkdir()
+    for k, number in enumerate(range(250, 100, -1)):
+        (tmp_path / "img" / f"{k}.jpg").symlink_to(folder / "img" / f"{number:04}.jpg")
+    box = ",".join(f"{value:g}" for value in marked[0])
+    told = {}
+    for least in ("0.3", "0.0"):
+        changed(tmp_path, "track.py", SURE=f"CertaintyRules(least={least})")
+        said = run(tmp_path, "track.py", "ellipse", "img", box, "run", "--force")
+        told[least] = read_columns(
+            tmp_path / "run.csv", {"x": 999, "y": 999, "w": 999, "h": 999, "lost": 1}
+        )
+        assert numbers(said, "pictures:")[1] == told[least]["lost"].sum()
+    x, y, w, h = (told["0.3"][name] for name in "xywh")
+    middles = np.stack([x - 1 + w / 2, y - 1 + h / 2], axis=-1)
+    inside = (middles >= marked[:, :2]) & (middles <= marked[:, :2] + marked[:, 2:])
+    beside = ~inside.all(axis=1)
+    assert beside.sum() > 50
+    assert told["0.3"]["lost"][beside].mean() > 0.6
+    assert not told["0.0"]["lost"].any()
 
 
 def test_track_of_a_real_head(tmp_path):
@@ -1182,7 +1211,7 @@ FILES = EXAMPLES | {
             "track.py ellipse film.avi 900,900,9,9 out",
             "BOX must reach into the picture of 40 by 30 px",
         ),
-        ("track.py camshift film.avi 9,9,9,9 no/out", "no is no folder: cannot write no/out.mp4"),
+        ("track.py camshift film.avi 9,9,9,9 no/out", "no is no folder: cannot write no/out.csv"),
         (
             "ceiling.py film.avi",
             "Missing argument 'OUT'",

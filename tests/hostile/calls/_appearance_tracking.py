@@ -69,10 +69,8 @@ CALLS = {
     ),
     colour_shape.colours_inside: lambda: call(IMAGE, OUTLINE, RULES, rng=rng()),
     colour_shape.inner: lambda: call(MASK, 2),
-    certainty.CertaintyRules: lambda: call(
-        SURE.binning, (1.2, 1.5), 0.1, 10.0, 0.1, 1.0, 1.0, 1.0, -1.0, 0.4
-    ),
-    certainty.Original: lambda: call(FIRST.colours, 400.0),
+    certainty.CertaintyRules: lambda: call(SURE.binning, (1.2, 1.5), 0.1, 1.0, 1.0, -1.0, 0.4),
+    certainty.Original: lambda: call(FIRST.halves, 400.0),
     certainty.original: lambda: call(IMAGE, OUTLINE, SURE),
     certainty.certainty: lambda: call(IMAGE, OUTLINE, FIRST, SURE),
     single_cues.ColourTracker: lambda: call(RULES, True),
