@@ -252,7 +252,7 @@ def test_code_and_records_reach_the_studies_that_rest_on_them(
     house: Reach, tmp_path: Path, pages: dict, name: str, was: str, words: set | None
 ):
     (tmp_path / name).parent.mkdir(exist_ok=True)
-    (tmp_path / name).touch()
+    (tmp_path / name).write_text("GATE = 2" if was == "GATE = 1" else "")
     (tmp_path / BOOK[0]).write_text(
         "from house import kalman\nfrom robot_perception.book import slam"
     )
@@ -386,13 +386,18 @@ def test_a_word_of_prose_reaches_who_reads_prose(here: Reach):
 
 def test_a_line_of_a_room_reaches_those_who_sweep_and_mutate_it(here: Reach):
     file = ROOT / "lib/robot_perception/kalman.py"
-    was = file.read_bytes() + b"LEVEL = 1"
+    was = file.read_bytes().replace(b"F @ prior.cov @ F.mT + Q", b"Q + F @ prior.cov @ F.mT")
+    assert was != file.read_bytes()
     found = here.of("lib/robot_perception/kalman.py", was)
     assert {"tests/test_kalman.py", "tests/slam/planar/test_filtering.py"} <= found.tests
     assert found.parts["tests/hostile/test_hostile.py"] == {"kalman"}
     assert "ground" in found.parts["tests/test_mutants.py"]
     assert "monobot.misprinted" in found.parts["tests/book/test_rows.py"]
     assert "walls.fitted" not in found.parts["tests/book/test_rows.py"]
+    gone = here.of("lib/robot_perception/kalman.py", file.read_bytes() + b"LEVEL = 1")
+    rows = gone.parts["tests/book/test_rows.py"]
+    assert found.parts["tests/book/test_rows.py"] <= rows
+    assert "walls.fitted" not in rows
     assert "tests/chapters/anchored_slam/test_studies.py" in found.left
     assert "monobot" in found.pages
 

@@ -193,9 +193,37 @@ def test_the_code_of_what_is_imported_counts_where_it_is_used(book, monkeypatch,
     body = f"{line}\n    return {use}" if line.startswith(" ") else f"    return {use}"
     top = "" if line.startswith(" ") else line
     digest(book, [f"{top}\ndef f():\n{body}\n\ndef g():\n    return 1"], "f")
-    assert asked == [("robot_perception.kalman",)]
+    assert [[one.partition(":")[0] for one in names] for names in asked] == [
+        ["robot_perception.kalman"]
+    ]
     code_of(book.module("small").g)
     assert len(asked) == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("from robot_perception.kalman import predict\ndef f():\n    return predict", ["predict"]),
+        ("from robot_perception import kalman\ndef f():\n    return kalman.predict", ["predict"]),
+        (
+            "from robot_perception import kalman as k\ndef f():\n    return k.predict, k.update",
+            ["predict", "update"],
+        ),
+        ("from robot_perception import kalman\ndef f():\n    return vars(kalman)", [""]),
+        (
+            "import robot_perception.kalman\ndef f():\n    return robot_perception.kalman.predict",
+            [""],
+        ),
+        ("def f():\n    from robot_perception import kalman\n    return kalman.predict", [""]),
+    ],
+)
+def test_of_a_module_those_names_count_that_are_asked_of_it(book, monkeypatch, text, expected):
+    asked = []
+    monkeypatch.setattr(
+        dependencies, "code_digest", lambda *names, named: asked.append(names) or ""
+    )
+    digest(book, [text], "f")
+    assert [one.partition(":")[2] for one in asked[0]] == expected
 
 
 def test_the_code_of_the_library_is_part_of_the_hash(book, monkeypatch):
@@ -314,4 +342,5 @@ def test_a_study_of_the_book_reaches_what_it_reads():
     assert {"random_pairs", "error", "ROUNDING", "by_equation_4", "det"} <= reached.keys()
     assert not {"chapter", "Exploration", "weigh", "ci_omega_least"} & reached.keys()
     assert "numpy" in " ".join(imports)
-    assert {"robot_perception.fusion", "robot_perception.beliefs"} <= modules
+    assert "robot_perception.beliefs:Gaussian" in modules
+    assert {one.partition(":")[0] for one in modules} >= {"robot_perception.fusion"}

@@ -381,7 +381,7 @@ def test_a_digest_within_packages_is_of_their_modules_alone(house: Path):
     write(house / "house/chapters/walls.py", "from house.rooms import slam")
 
     def within(package: str) -> str:
-        return Imports(("house",)).digest("house.chapters.walls", within=(package,))
+        return Imports(("house",)).modules_digest("house.chapters.walls", within=(package,))
 
     before = within("house.rooms"), within("house.chapters")
     write(house / "house/rooms/slam.py", "TABLE = 3")

@@ -182,7 +182,7 @@ def made(function: Callable = compute, calls: tuple = CALLS) -> Recorded:
 def folder(tmp_path, monkeypatch) -> Path:
     """A place for what is stored, and code that has one hash."""
     monkeypatch.setattr(module, "records", lambda: tmp_path)
-    monkeypatch.setattr(module, "code_digest", lambda name: f"code of {name}")
+    monkeypatch.setattr(module, "code_digest", lambda name: f"code of {name.partition(':')[0]}")
     COMPUTED.clear()
     return tmp_path
 
@@ -294,10 +294,14 @@ def test_states_of_other_packages_are_read(stored, monkeypatch):
     assert made().other_packages() == ""
 
 
-def test_the_code_is_that_of_the_module(stored):
+def test_the_code_is_that_of_the_function(stored, monkeypatch):
     said = json.loads(stored.with_suffix(".json").read_text())
     assert said["code"] == f"code of {__name__}"
     assert said["function"] == f"{__name__}.compute"
+    asked = []
+    monkeypatch.setattr(module, "code_digest", lambda name: asked.append(name) or "other")
+    assert not made().is_current()
+    assert asked == [f"{__name__}:compute"]
 
 
 def test_the_code_of_a_function_of_study_cells_is_what_it_reaches(folder, monkeypatch):

@@ -32,8 +32,9 @@ from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
-from robot_perception.teaching import cells, dependencies
+from robot_perception.teaching import cells, definitions, dependencies
 from robot_perception.teaching.dependencies import (
+    EFFECTS,
     LEDGER,
     NOTEBOOKS,
     PACKAGES,
@@ -41,7 +42,6 @@ from robot_perception.teaching.dependencies import (
     Dependencies,
     Said,
     claims_of,
-    meaning,
     said,
     said_in,
 )
@@ -149,7 +149,7 @@ class Kept:
     """Those that are told from others in notebooks' cells."""
 
     def __init__(self, folder: Path | None = None) -> None:
-        sources = (Path(module.__file__) for module in (cells, dependencies, registry))
+        sources = (Path(module.__file__) for module in (cells, definitions, dependencies, registry))
         code = b"".join(source.read_bytes() for source in (*sources, Path(__file__)))
         self._file = folder and folder / f"{hashlib.sha256(code).hexdigest()[:16]}.json"
         known = self._file and self._file.exists()
@@ -438,11 +438,13 @@ class Reach:
         if {STUDY, CODE} & kinds:
             words.add(f"{stem}.")
         elif name in self._modules:
-            module = self._modules[name]
-            if was and file.suffix == ".py" and _same(was, file.read_bytes()):
+            changed = self._edited(self._modules[name], was)
+            if not changed:
                 return frozenset()
             for other, defined in self._defined.items():
-                first[other] = {n for n, (_, _, own) in defined.items() if self._rests(own, module)}
+                first[other] = {
+                    n for n, (_, _, own) in defined.items() if self._rests(own, changed)
+                }
         elif Path(name).parent.name == ROWS:
             stem, _, study = stem.partition(".")
             first[stem] = {study}
@@ -472,17 +474,35 @@ class Reach:
         declared = self._cells[stem]["declared"]
         return [registry.Declared(kind, stem, *names) for kind, *names in declared]
 
-    def _rests(self, modules: Iterable[str], changed: str) -> bool:
-        """Tell whether what comes of some modules rests on a changed one."""
-        return any(changed in self._results(one) for one in modules if one in self._known)
+    def _edited(self, module: str, was: bytes) -> set[tuple[str, str]]:
+        """Return the definitions of a module that are new or do something else than before.
 
-    @cached_property
-    def _known(self) -> frozenset[str]:
-        return frozenset(self._modules.values())
+        Where one is gone those that are left count as well: who read it now reads something else.
+        """
+        imports = self._graph.imports
+        now = imports.parsed(module, imports.files[module].read_bytes())
+        before = imports.parsed(module, was)
+        found = {
+            (module, name)
+            for name in now.names
+            if not now.names >= before.names
+            or name not in before.names
+            or now.definition(name) != before.definition(name)
+        }
+        return found | ({(module, EFFECTS)} if now.effects() != before.effects() else set())
+
+    def _rests(self, modules: Iterable[str], changed: set[tuple[str, str]]) -> bool:
+        """Tell whether what comes of definitions, ``module:name``, rests on a changed one."""
+        return any(
+            not changed.isdisjoint(self._results(one))
+            for one in modules
+            if not one.startswith(NOTEBOOKS)
+        )
 
     @cache  # noqa: B019
-    def _results(self, module: str) -> set[str]:
-        return self._graph.imports.reached([module], results=True)
+    def _results(self, asked: str) -> frozenset[tuple[str, str]]:
+        module, _, name = asked.partition(":")
+        return frozenset(self._graph.imports.definitions([(module, name)]))
 
     def _spread(self, first: dict[str, set[str]]) -> dict[str, set[str]]:
         """Return all definitions that rest on some, by notebook, in other notebooks too."""
@@ -547,11 +567,6 @@ def _room(module: str) -> str:
 
 def _is_data(file: str) -> bool:
     return not file.endswith(".py")
-
-
-def _same(before: bytes, now: bytes) -> bool:
-    """Tell whether two texts of a module do the same: comments and docstrings do nothing."""
-    return meaning(ast.parse(before)) == meaning(ast.parse(now))
 
 
 def _is_in(test: str, places: Iterable[str]) -> bool:

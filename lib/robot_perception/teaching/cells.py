@@ -20,6 +20,7 @@ from typing import Any
 
 from robot_perception.files import reading
 from robot_perception.teaching import dependencies
+from robot_perception.teaching.definitions import asked_of, meaning
 
 STUDY = "study"
 """The tag of a cell that is a part of the chapter's module."""
@@ -149,7 +150,8 @@ class Definitions:
     def reached(self, name: str) -> tuple[dict[str, list[ast.stmt]], set[str], set[str]]:
         """Return what a definition depends on: statements by name, what they import, modules.
 
-        Of modules those that are ours; of another notebook's cells, the name as well.
+        Of modules those that are ours, with the name that is taken from one: ``module:name``. One
+        that a function itself imports is taken whole: ``module:``.
         """
         statements: dict[str, list[ast.stmt]] = {}
         imports: set[str] = set()
@@ -168,18 +170,13 @@ class Definitions:
                     continue
                 statements[one].append(statement)
                 todo |= _read(statement, decorated=one != name)
-                inside = (
-                    n for n in ast.walk(statement) if isinstance(n, ast.Import | ast.ImportFrom)
-                )
-                modules |= {
-                    m for node in inside for alias in node.names for m in _ours(node, alias)
-                }
+                modules |= _inside(statement)
         return {one: parts for one, parts in statements.items() if parts}, imports, modules
 
     def each(self, known: frozenset[str]) -> dict[str, tuple[str, set[str], set[str]]]:
         """Return each definition's own hash, the names it reads, and modules of some, by name.
 
-        Decorators count; modules of notebooks are named as in `reached`.
+        Decorators count; modules are named as in `reached`.
         """
         found = {}
         for name, statements in self._statements.items():
@@ -192,12 +189,9 @@ class Definitions:
                     own.append(f"{getattr(statement, 'module', None)} {alias.name}")
                     modules |= _ours(statement, alias, known)
                     continue
-                own.append(dependencies.meaning(statement))
+                own.append(meaning(statement))
                 read |= _read(statement, decorated=True)
-                inside = (
-                    n for n in ast.walk(statement) if isinstance(n, ast.Import | ast.ImportFrom)
-                )
-                modules |= {m for n in inside for one in n.names for m in _ours(n, one, known)}
+                modules |= _inside(statement, known)
             names = read & self._statements.keys()
             found[name] = dependencies.hashed(" ".join(own)), names, modules
         return found
@@ -215,7 +209,7 @@ class Definitions:
             if isinstance(node, ast.keyword) and node.arg == word:
                 names = {one.id for one in ast.walk(node.value) if isinstance(one, ast.Name)}
                 reached = [self.said(one) for one in sorted(names)]
-                return dependencies.hashed(repr((dependencies.meaning(node.value), reached)))
+                return dependencies.hashed(repr((meaning(node.value), reached)))
         return None
 
     def digest(self, name: str) -> str | None:
@@ -226,7 +220,7 @@ class Definitions:
         lines = self._lines(name)
         lines += sorted(imports)
         lines += (f"{cell} {code}" for cell, code in self._of_books(modules, Definitions.digest))
-        library = sorted(module for module in modules if not module.startswith(BOOK))
+        library = sorted(_refined(statements, imports, modules))
         named = dependencies.texts(*(node for parts in statements.values() for node in parts))
         lines.append(dependencies.code_digest(*library, named=named) if library else "")
         return dependencies.hashed("\n".join(sorted(lines)))
@@ -240,8 +234,9 @@ class Definitions:
         if not self._has(name):
             return None
         statements, imports, modules = self.reached(name)
+        nodes = _nodes(statements)
         for module, imported, alias in map(str.split, imports):
-            asked = _asked(alias, statements) if f"{module}." == BOOK else None
+            asked = asked_of(alias, nodes) if f"{module}." == BOOK else None
             if asked is not None:
                 whole = f"{BOOK}{imported}:"
                 modules = modules - {whole} | {f"{whole}{one}" for one in asked}
@@ -251,8 +246,8 @@ class Definitions:
             line for line in imports if any(f"{w}.".startswith(own) for w in line.split()[:2])
         )
         lines += (f"{cell} {code}" for cell, code in self._of_books(modules, Definitions.tried))
-        library = sorted(module for module in modules if not module.startswith(BOOK))
-        lines.append(dependencies.code_digest(*library, within=dependencies.WORLDS))
+        library = {module.partition(":")[0] for module in modules if not module.startswith(BOOK)}
+        lines.append(dependencies.worlds_digest(*sorted(library)))
         return dependencies.hashed("\n".join(sorted(lines)))
 
     def _has(self, name: str) -> bool:
@@ -331,7 +326,7 @@ def _added_to(statement: ast.stmt) -> str | None:
 @lru_cache(maxsize=8192)
 def _meaning(statement: ast.stmt, *, decorated: bool) -> str:
     """Hash a statement."""
-    return dependencies.meaning(statement if decorated else _undecorated(statement))
+    return meaning(statement if decorated else _undecorated(statement))
 
 
 @lru_cache(maxsize=8192)
@@ -345,18 +340,32 @@ def _read(statement: ast.stmt, *, decorated: bool) -> frozenset[str]:
     )
 
 
-def _asked(alias: str, statements: Mapping[str, Iterable[ast.stmt]]) -> set[str] | None:
-    """Return what statements ask of a module by its name; ``None`` if they hand it on whole."""
-    nodes = [n for parts in statements.values() for part in parts for n in ast.walk(part)]
-    named = sum(isinstance(node, ast.Name) and node.id == alias for node in nodes)
-    asked = [
-        node.attr
-        for node in nodes
-        if isinstance(node, ast.Attribute)
-        and isinstance(node.value, ast.Name)
-        and node.value.id == alias
-    ]
-    return {*asked} if len(asked) == named else None
+def _refined(
+    statements: Mapping[str, Iterable[ast.stmt]], imports: Iterable[str], modules: set[str]
+) -> set[str]:
+    """Return modules of the library with the names that statements ask of them, where known."""
+    asked: dict[str, set[str] | None] = {}
+    nodes = _nodes(statements)
+    for module, imported, alias in map(str.split, imports):
+        whole = imported if module == "None" else f"{module}.{imported}"
+        if whole in modules:
+            by_path = module == "None" and alias != imported and alias == imported.split(".")[0]
+            names = None if by_path else asked_of(alias, nodes)
+            before = asked.get(whole, set())
+            asked[whole] = before | names if names and before is not None else None
+    found = (one for one in modules if not one.startswith(BOOK))
+    return {f"{one}:{name}" if name else one for one in found for name in asked.get(one) or ("",)}
+
+
+def _nodes(statements: Mapping[str, Iterable[ast.stmt]]) -> list[ast.AST]:
+    return [node for parts in statements.values() for one in parts for node in ast.walk(one)]
+
+
+def _inside(statement: ast.stmt, known: frozenset[str] | None = None) -> set[str]:
+    """Return the modules of ours that a statement imports inside, or takes names from."""
+    nodes = (n for n in ast.walk(statement) if isinstance(n, ast.Import | ast.ImportFrom))
+    found = {one for node in nodes for alias in node.names for one in _ours(node, alias, known)}
+    return {one if ":" in one else f"{one}:" for one in found}
 
 
 def _undecorated(statement: ast.stmt) -> ast.stmt:
@@ -375,7 +384,7 @@ def _as(alias: ast.alias) -> str:
 def _ours(
     statement: ast.Import | ast.ImportFrom, alias: ast.alias, known: frozenset[str] | None = None
 ) -> set[str]:
-    """Return the module of ours from which an import takes a name, if it is one."""
+    """Return the module of ours that an import takes, or takes a name from: ``module:name``."""
     known = dependencies.modules() if known is None else known
     module = getattr(statement, "module", None)
     if module is None:
@@ -383,4 +392,6 @@ def _ours(
     if f"{module}.".startswith(BOOK):
         return {f"{module}.{alias.name}:" if f"{module}." == BOOK else f"{module}:{alias.name}"}
     whole = f"{module}.{alias.name}"
-    return {whole} if whole in known else {module} & known
+    if whole in known:
+        return {whole}
+    return {f"{module}:{alias.name}"} if module in known else set()

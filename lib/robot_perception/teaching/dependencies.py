@@ -4,8 +4,8 @@ A page reaches the modules that its cells import, and what those import. It read
 results, tables of the package and data sets whose names stand as strings in those modules or in its
 cells. What no module names could be anybody's, and counts for every page.
 
-What a module computes depends on less: on what it and the modules that it reaches do, not on their
-comments, nor on how a page shows it.
+What a definition computes depends on less: on what it and the definitions that it reaches do, not
+on their comments, nor on how a page shows it.
 """
 
 import ast
@@ -21,6 +21,7 @@ import grimp
 
 from robot_perception.datasets import find, registry
 from robot_perception.files import reading
+from robot_perception.teaching.definitions import WHOLE, Definition, Module, meaning
 from robot_perception.teaching.records import records
 
 NOTEBOOKS = "robot_perception.book."
@@ -43,11 +44,12 @@ NOT_BY_NAME = ("importlib.metadata", "importlib.resources", "importlib.util")
 """Parts of it that import nothing."""
 
 IRRELEVANT = frozenset({"__pycache__", "front_end"})  # bytecode; scripts that pages load themselves
-_END = object()
 SHOWING = ("robot_perception.teaching",)
 """Packages that show, judge and store what others compute: no result depends on them."""
 RECORDS = "robot_perception.teaching.records"
 """Names the folder of what is recorded: results depend on what is read there."""
+EFFECTS = "(effects)"
+"""In place of a name: what a module does when it is imported, beside binding names."""
 WORLDS = ("data_synth", CHAPTERS)
 """Packages that say what an algorithm is tried on."""
 
@@ -66,6 +68,7 @@ class Imports:
         self._showing = showing
         self._steps: dict[tuple[str, bool], tuple[tuple[str, bool], ...]] = {}
         self._meanings: dict[str, str] = {}
+        self._defined: dict[str, Module] = {}
         self._words: dict[str, frozenset[str]] = {}
         self.files = {
             name: _file(name) for name in self._graph.modules if name.split(".")[0] in packages
@@ -88,24 +91,89 @@ class Imports:
             todo = {step for one in todo for step in self._steps[one]} - seen
         return {name for name, _ in seen}
 
-    def digest(
-        self, *modules: str, named: frozenset[str] = frozenset(), within: tuple[str, ...] = ()
-    ) -> str:
-        """Hash what the results of some modules depend on: `code_digest` of these packages."""
+    def digest(self, *asked: str, named: frozenset[str] = frozenset()) -> str:
+        """Hash what the results of definitions depend on: `code_digest` of these packages."""
+        pairs = [(module, name) for module, _, name in (one.partition(":") for one in asked)]
+        found = self.definitions(pairs)
+        digest = hashlib.sha256()
+        for module, name in sorted(found):
+            digest.update(f"{module}:{name} {found[module, name].meaning}\n".encode())
+        modules = {module for module, _ in (*pairs, *found)}
+        for file in self.read(modules, named):
+            digest.update(f"{file.name} {_content(file, file.stat().st_mtime_ns)}\n".encode())
+        return digest.hexdigest()[:16]
+
+    def modules_digest(self, *modules: str, within: tuple[str, ...]) -> str:
+        """Hash whole modules of some packages: those that are reached when others are imported."""
+        self._check(modules)
+        digest = hashlib.sha256()
+        for name in sorted(self.reached(modules, results=True)):
+            if any(f"{name}.".startswith(f"{package}.") for package in within):
+                if name not in self._meanings:
+                    self._meanings[name] = meaning(ast.parse(self.files[name].read_bytes()))
+                digest.update(f"{name} {self._meanings[name]}\n".encode())
+        return digest.hexdigest()[:16]
+
+    def _check(self, modules: Iterable[str]) -> None:
         for name in modules:
             if name not in self.files:
                 tops = sorted({known.partition(".")[0] for known in self.files})
                 raise ValueError(f"no module {name!r} in {', '.join(tops)}")
-        digest, found = hashlib.sha256(), self.reached(modules, results=True)
-        for name in sorted(found):
-            if within and not any(f"{name}.".startswith(f"{package}.") for package in within):
-                continue
-            if name not in self._meanings:
-                self._meanings[name] = meaning(ast.parse(self.files[name].read_bytes()))
-            digest.update(f"{name} {self._meanings[name]}\n".encode())
-        for file in () if within else self.read({*modules, *found}, named):
-            digest.update(f"{file.name} {_content(file, file.stat().st_mtime_ns)}\n".encode())
-        return digest.hexdigest()[:16]
+
+    def definitions(self, asked: Iterable[tuple[str, str]]) -> dict[tuple[str, str], Definition]:
+        """Return the definitions that the results of some depend on, by module and name.
+
+        With them comes what the modules do when they are imported, under no name. Those that only
+        show are left out.
+        """
+        todo = {*asked}
+        self._check({module for module, _ in todo})
+        imported = self.reached({module for module, _ in todo}, results=True)
+        todo |= {(name, EFFECTS) for name in imported}
+        seen: set[tuple[str, str]] = set()
+        found: dict[tuple[str, str], Definition] = {}
+        while todo:
+            seen |= todo
+            todo = {step for one in todo for step in self._follow(*one, found)} - seen
+        return found
+
+    def _follow(
+        self, module: str, name: str, found: dict[tuple[str, str], Definition]
+    ) -> Iterator[tuple[str, str]]:
+        """Put a definition among those found, and yield what it reads."""
+        if module not in self.files or self._shows(module):
+            return
+        own = self._definitions_in(module)
+        whole = f"{module}.{name}"
+        if name == EFFECTS:
+            definition = own.effects()
+        elif name in own.names:
+            definition = own.definition(name)
+        elif whole in self.files:
+            yield whole, WHOLE
+            return
+        elif name in own.offered:
+            yield f"{module}.{own.offered[name]}", name
+            return
+        else:  # all of it, or a name that it makes when it is asked for
+            yield from ((module, one) for one in own.names)
+            yield from ((other, WHOLE) for other in self._named_below(module))
+            return
+        if definition is not None:
+            found[module, name] = definition
+            yield from ((module, one) for one in definition.names)
+            yield from definition.taken
+
+    def _definitions_in(self, module: str) -> Module:
+        if module not in self._defined:
+            self._defined[module] = self.parsed(module, self.files[module].read_bytes())
+        return self._defined[module]
+
+    def parsed(self, module: str, text: bytes) -> Module:
+        """Return what a module of these packages defines, or would with another text."""
+        is_package = self.files[module].name == "__init__.py"
+        package = module if is_package else module.rpartition(".")[0]
+        return Module(ast.parse(text), package, self.files)
 
     def read(self, modules: Iterable[str], named: frozenset[str] = frozenset()) -> list[Path]:
         """Return the recorded files that modules read and name, or whose names are given to them.
@@ -141,12 +209,18 @@ class Imports:
         """Yield what a module imports, whether it was meant or only stands above another one."""
         imported = self._graph.find_modules_directly_imported_by(name)
         yield from ((other, True) for other in imported & self.files.keys())
-        if meant and any(self._is_by_name(name, top) for top in imported & BY_NAME):
-            below = self._graph.find_descendants(name)
-            named = {other for other in below if self._is_named(other, name)}
-            yield from ((other, True) for other in named or below)
+        if meant:
+            yield from ((other, True) for other in self._named_below(name))
         if "." in name:
             yield name.rpartition(".")[0], False
+
+    def _named_below(self, name: str) -> set[str]:
+        """Return the modules below a package that it may import by name."""
+        imported = self._graph.find_modules_directly_imported_by(name)
+        if not any(self._is_by_name(name, top) for top in imported & BY_NAME):
+            return set()
+        below = self._graph.find_descendants(name)
+        return {other for other in below if self._is_named(other, name)} or below
 
     def _is_by_name(self, importer: str, imported: str) -> bool:
         """Tell whether one of the lines that import such a package takes what imports by name."""
@@ -169,31 +243,38 @@ class Imports:
         return self._words[module]
 
 
-def code_digest(
-    *modules: str, named: frozenset[str] = frozenset(), within: tuple[str, ...] = ()
-) -> str:
-    """Hash the code on which the results of some modules depend.
+def code_digest(*asked: str, named: frozenset[str] = frozenset()) -> str:
+    """Hash the code on which the results of some definitions depend.
 
-    That is what these modules and all those that they reach do: a comment, a docstring or a line
-    that is broken elsewhere changes nothing, nor does `robot_perception.teaching`. Where a module
-    lies, and which Python reads it, makes no difference. What they read of the records counts, too,
-    but for results.
+    That is what these definitions and all those that they read do: a comment, a docstring or a line
+    that is broken elsewhere changes nothing, nor does what they do not reach of a module, nor
+    `robot_perception.teaching`. Where a module lies, and which Python reads it, makes no
+    difference. What they read of the records counts, too, but for results.
 
     Parameters
     ----------
-    *modules
-        Of these packages.
+    *asked
+        Modules of these packages, or definitions in them: ``"robot_perception.kalman:predict"``.
     named
         Texts of who asks, which may name a file of the records.
-    within
-        Only modules of these packages count, and no files.
 
     Raises
     ------
     ValueError
         If there is no such module.
     """
-    return _imports().digest(*modules, named=named, within=within)
+    return _imports().digest(*asked, named=named)
+
+
+def worlds_digest(*modules: str) -> str:
+    """Hash the modules of the worlds and of the chapters that others reach, each whole.
+
+    Raises
+    ------
+    ValueError
+        If there is no such module.
+    """
+    return _imports().modules_digest(*modules, within=WORLDS)
 
 
 def modules() -> frozenset[str]:
@@ -214,33 +295,6 @@ def _content(file: Path, changed: int) -> str:
 @cache
 def _imports() -> Imports:
     return Imports()
-
-
-def meaning(tree: ast.AST) -> str:
-    """Hash a syntax tree without what does nothing: texts that are statements."""
-    said: list[str] = []
-    todo: list[object] = [tree]
-    while todo:
-        node = todo.pop()
-        if isinstance(node, ast.AST):  # `ast.dump` differs between versions of Python
-            said.append(f"{type(node).__name__}(")
-            todo.append(_END)
-            for name, value in ast.iter_fields(node):
-                if value is not None and value != []:
-                    todo += [value, name]
-        elif isinstance(node, list):
-            todo += reversed([part for part in node if not _is_text(part)])
-        else:
-            said.append(")" if node is _END else repr(node))
-    return hashlib.sha256(" ".join(said).encode()).hexdigest()
-
-
-def _is_text(node: object) -> bool:
-    return (
-        isinstance(node, ast.Expr)
-        and isinstance(node.value, ast.Constant)
-        and isinstance(node.value.value, str)
-    )
 
 
 @dataclass(frozen=True)

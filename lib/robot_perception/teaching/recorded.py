@@ -151,9 +151,10 @@ class Recorded(Generic[P, Result]):
 
     def _code(self) -> str | None:
         """Hash the code that the results depend on: of study cells what the function reaches."""
+        function: Any = inspect.unwrap(self._compute)
         if self._module == LIVE or self._module.startswith(BOOK):
-            return code_of(inspect.unwrap(self._compute))
-        return code_digest(self._module)
+            return code_of(function)
+        return code_digest(f"{self._module}:{function.__qualname__.partition('.')[0]}")
 
     def _called(self) -> str:
         return _hash("\n".join(self._calls).encode())

@@ -122,7 +122,9 @@ def _code(function: Callable[..., Any]) -> str | None:
     module = function.__module__
     if module == LIVE or module.startswith(BOOK):
         return code_of(function)
-    return code_digest(module) if module.partition(".")[0] in PACKAGES else None
+    if module.partition(".")[0] not in PACKAGES:
+        return None
+    return code_digest(f"{module}:{function.__qualname__.partition('.')[0]}")
 
 
 def told(value: object) -> None:

@@ -43,7 +43,8 @@ from robot_perception.files import DamagedFile, reading, written
 from robot_perception.teaching import recorded_rows
 from robot_perception.teaching.cells import BOOK, code_of
 from robot_perception.teaching.claims import STOPPING, Claim, Finding
-from robot_perception.teaching.dependencies import hashed, meaning
+from robot_perception.teaching.definitions import meaning
+from robot_perception.teaching.dependencies import hashed
 from robot_perception.teaching.results import TRIALS, TRIALS_ANEW, use
 from robot_perception.teaching.rows import Rows, framed
 from robot_perception.teaching.versions import differing, installed
