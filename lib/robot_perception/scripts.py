@@ -51,8 +51,8 @@ with installed():
 
 Main = Callable[..., None]
 WORDS = {
-    r"\w+=…, in a script (?=--)": "",
-    r"\w+='\w+' \(in a script: (--[^)]*)\)": r"\1",
+    r"\b\w+(=.*?)?, in a script:? ": "",
+    r"\b\w+=\S+ \(in a script: ([^)]*)\)": r"\1",
     r"\ballow_gaps=True\b": "GAPS = True in the script",
     r"\bpattern=… tells which are meant": "leave only those that are meant in the folder",
     r"\bgive one$": "FIELD in the script gives one",
