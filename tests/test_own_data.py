@@ -134,9 +134,10 @@ def table(path: Path, names: str, columns: list[np.ndarray]) -> None:
 @pytest.mark.parametrize("script", sorted(path.name for path in SCRIPTS.glob("*.py")))
 def test_scripts_are_short_and_on_the_page(script):
     lines = (SCRIPTS / script).read_text("utf-8").splitlines()
-    most = dict.fromkeys(LONGER, 130) | {"stereo_slam.py": 155}  # which localises in its map, too
-    assert sum(map(bool, lines)) <= most.get(script, 50)
-    assert f"```{{literalinclude}} own_data/{script}\n" in PAGE
+    most = dict.fromkeys(LONGER, 150)
+    most |= {"stereo_slam.py": 170, "people.py": 180}  # which localise, and tell who walks, too
+    assert sum(map(bool, lines)) <= most.get(script, 70)
+    assert f":::{{dropdown}} The script\n```{{literalinclude}} own_data/{script}\n" in PAGE
     assert f"{{download}}`{script} <own_data/{script}>`" in PAGE
 
 
@@ -295,6 +296,9 @@ def room(tmp_path_factory):
 def test_walls_are_those_of_the_room(room, words):
     folder, nothing = room
     said = run(folder, "walls.py", *words, "walls.csv", "--force")
+    assert said.endswith("written: walls.csv, walls.svg\n")
+    drawn = (folder / "walls.svg").read_text("utf-8")
+    assert drawn.count("<polyline ") == 5  # four walls and the way
     found = np.loadtxt(folder / "walls.csv", delimiter=",", skiprows=1)
     assert len(found) == 4
     ends = found[:, :4].reshape(-1, 2, 2)
@@ -678,6 +682,26 @@ def test_people_in_a_real_hall(tmp_path):
     assert np.mean(np.array(gaps) < 0.3) > 0.8
 
 
+@pytest.mark.parametrize("rule", ["WalkRules()", "None"])
+def test_where_nobody_walks_there_is_nobody(rule, tmp_path):
+    """A scanner that is driven through a room without people, the first twenty seconds."""
+    with np.load(recording("leg_scans", "negative_2_left.npz")) as known:
+        parts = {name: known[name] for name in known.files}
+    parts |= {name: parts[name][:150] for name in ("stamp", "ranges")}
+    np.savez(tmp_path / "room.npz", **parts)
+    changed(tmp_path, "people.py", WALK=rule)
+    said = run(tmp_path, "people.py", "legs", "room.npz", "room")
+    assert 5 < numbers(said, "the scanner moves, by its scans:")[0] < 20
+    rows = (tmp_path / "room.csv").read_text().splitlines()
+    if rule == "None":
+        assert numbers(said, "detections:")[1] > 20
+        assert len(rows) > 500
+    else:
+        assert ", people: nobody\n" in said
+        assert numbers(said, "tracks that never walked 0.8 m, left out:")[0] > 20
+        assert len(rows) == 1
+
+
 # A thing in a film -------------------------------------------------------------------------------
 
 
@@ -696,7 +720,7 @@ def test_track_keeps_to_what_it_is_shown(kind, least, tmp_path):
     write_video(tmp_path / "film.avi", film.frames, rate=15)
     table(tmp_path / "outline.csv", "u_px,v_px", [*film.outlines[0].T])
     said = run(tmp_path, "track.py", kind, "film.avi", "outline.csv", "run")
-    assert numbers(said, "pictures:") == [30, 0]
+    assert numbers(said, "pictures:")[:2] == [30, 0]
     rows = np.loadtxt(tmp_path / "run_outlines.csv", delimiter=",", skiprows=1)
     shape, shares = film.frames.shape[1:3], []
     for k, truth in enumerate(film.outlines):
@@ -707,7 +731,11 @@ def test_track_keeps_to_what_it_is_shown(kind, least, tmp_path):
     low, high = (f(rows[rows[:, 0] == 30, 1:], axis=0) for f in (np.min, np.max))
     np.testing.assert_allclose(boxes.centres[-1], (low + high) / 2, atol=1)
     np.testing.assert_allclose(boxes.boxes[-1, 2:], high - low + 1, atol=1)
-    assert numbers(said, "last box:") == boxes.boxes[-1].tolist()
+    *last, sure = numbers(said, "last box:")
+    assert last == boxes.boxes[-1].tolist()
+    told = read_columns(tmp_path / "run.csv", {"certainty": 1, "lost": 1})
+    assert sure == pytest.approx(told["certainty"][-1], abs=0.006)
+    assert told["certainty"].min() > 0.3
     assert len(list(read_video(tmp_path / "run.mp4"))) == 30
 
 
@@ -720,6 +748,31 @@ def test_a_box_comes_out_as_it_went_in(box, tmp_path):
         said = run(tmp_path, "track.py", kind, "film.avi", box, "run", "--force")
         (found,) = read_boxes(tmp_path / "run.csv").boxes
         assert found.tolist() == numbers(said, "last box:") == [float(k) for k in box.split(",")]
+
+
+def test_what_has_slid_beside_a_real_head_is_called_lost(tmp_path):
+    """Backwards from where a large box holds much of the blinds, which it keeps to."""
+    folder = recording("head_girl")
+    marked = read_boxes(folder / "groundtruth_rect.csv").boxes[249:99:-1]
+    (tmp_path / "img").mkdir()
+    for k, number in enumerate(range(250, 100, -1)):
+        (tmp_path / "img" / f"{k}.jpg").symlink_to(folder / "img" / f"{number:04}.jpg")
+    box = ",".join(f"{value:g}" for value in marked[0])
+    told = {}
+    for least in ("0.3", "0.0"):
+        changed(tmp_path, "track.py", SURE=f"CertaintyRules(least={least})")
+        said = run(tmp_path, "track.py", "ellipse", "img", box, "run", "--force")
+        told[least] = read_columns(
+            tmp_path / "run.csv", {"x": 999, "y": 999, "w": 999, "h": 999, "lost": 1}
+        )
+        assert numbers(said, "pictures:")[1] == told[least]["lost"].sum()
+    x, y, w, h = (told["0.3"][name] for name in "xywh")
+    middles = np.stack([x - 1 + w / 2, y - 1 + h / 2], axis=-1)
+    inside = (middles >= marked[:, :2]) & (middles <= marked[:, :2] + marked[:, 2:])
+    beside = ~inside.all(axis=1)
+    assert beside.sum() > 50
+    assert told["0.3"]["lost"][beside].mean() > 0.6
+    assert not told["0.0"]["lost"].any()
 
 
 def test_track_of_a_real_head(tmp_path):
@@ -1200,12 +1253,15 @@ FILES = EXAMPLES | {
         ("track.py ellipse grey 1,2,3,4 out", "grey: no file is a picture"),
         (
             "track.py ellipse film.avi 1,2,3 out",
-            "BOX must be u,v,width,height or a file, got '1,2,3'",
+            "'BOX': must be u,v,width,height or a file, got '1,2,3'",
         ),
-        ("track.py shape film.avi 1,2,0,4 out", "BOX must have an area, got '1,2,0,4'"),
+        ("track.py shape film.avi 1,2,0,4 out", "BOX must have an area, got 0 by 4 px"),
         ("track.py shape film.avi flat.csv out", "outline"),
-        ("track.py ellipse film.avi 900,900,9,9 out", "ellipse must reach into the image"),
-        ("track.py camshift film.avi 9,9,9,9 no/out", "no is no folder: cannot write no/out.mp4"),
+        (
+            "track.py ellipse film.avi 900,900,9,9 out",
+            "BOX must reach into the picture of 40 by 30 px",
+        ),
+        ("track.py camshift film.avi 9,9,9,9 no/out", "no is no folder: cannot write no/out.csv"),
         (
             "ceiling.py film.avi",
             "Missing argument 'OUT'",
@@ -1215,22 +1271,22 @@ FILES = EXAMPLES | {
         ("ceiling.py film.avi out", "film.avi: no picture has a distinctive window, as of a blank"),
         ("ceiling.py film.avi no/out", "no is no folder: cannot write no/out\\.\\w+ there"),
         ("arms.py film.avi out", "Missing argument 'POSE'"),
-        ("arms.py film.avi 0.3,0.2 rest out", "LENGTHS must be 3 numbers between commas, got"),
+        ("arms.py film.avi 0.3,0.2 rest out", "'LENGTHS': must be upper,fore,hand, got '0.3,0.2'"),
         (
             "arms.py film.avi 0.3,0.2,0.2 1,2 out",
-            "POSE must be 8 numbers between commas, got '1,2'",
+            "'POSE': must be (sideways,ahead,about,elbow,?){2} or rest, got '1,2'",
         ),
-        ("arms.py film.avi 0.3,0.2,a rest out", "LENGTHS must be 3 numbers"),
+        ("arms.py film.avi 0.3,0.2,a rest out", "'LENGTHS': must be upper,fore,hand"),
         ("arms.py none.avi 0.3,0.2,0.2 rest out", "none.avi: no such file or folder"),
         ("arms.py film.avi 0.3,0.2,0.2 rest out", "no picture shows a face; --face u,v,width,heig"),
         ("arms.py grey 0.3,0.2,0.2 rest out", "grey: no file is a picture"),
-        ("arms.py film.avi 29,25,17 rest out", "LENGTHS must be from 0.02 to 1 m, got '29,25,17'"),
+        ("arms.py film.avi 29,25,17 rest out", "LENGTHS must be from 0.02 to 1 m, got 29,25,17"),
         ("arms.py film.avi 0.3,0.2,-0.2 rest out", "LENGTHS must be from 0.02 to 1 m"),
         (
             "arms.py film.avi 0.3,0.2,0.2 999,0,0,0,0,0,0,0 out",
             "POSE must be, in degrees, -11 to 149, -23 to 86, -23 to 172, 0 to 143 for each arm",
         ),
-        ("arms.py film.avi 0.3,0.2,0.2 rest out --face 1,2", "--face must be 4 numbers between"),
+        ("arms.py film.avi 0.3,0.2,0.2 rest out --face 1,2", "'--face': must be u,v,width,hei"),
         ("arms.py film.avi 0.3,0.2,0.2 rest out --face 30,2,20,20", "--face must lie in the pict"),
         ("arms.py film.avi 0.3,0.2,0.2 rest out --face 3,2,0,20", "--face must lie in the picture"),
         ("faces.py film.avi out", "out: no such file or folder"),

@@ -1,8 +1,13 @@
 """The scripts' frame: no result takes the place of what is read, nor of a file without leave."""
 
+import ast
 import hashlib
+import inspect
 import os
+import re
 import runpy
+import subprocess
+import sys
 from pathlib import Path
 
 import click
@@ -10,19 +15,27 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+import robot_perception.datasets
 from robot_perception.datasets import Commands, ReadReport, limits
 from robot_perception.scripts import (
     TIME_UNITS,
+    Form,
+    Kinds,
+    Numbers,
     Places,
     Recording,
     Results,
     check_results,
+    installed,
+    of_the_book,
     script,
     tell,
     within,
+    worded,
 )
 
-SCRIPTS = Path(__file__).parents[1] / "book" / "own_data"
+ROOT = Path(__file__).parents[1]
+SCRIPTS = ROOT / "book" / "own_data"
 COMMANDS = {  # words of each; what it reads may be one of its own results
     "arms.py": ["{input}", "0.3,0.25,0.2", "rest", "{out}"],
     "ceiling.py": ["{input}", "{out}"],
@@ -44,7 +57,7 @@ def command(name: str) -> click.Command:
 
 
 def endings(main: click.Command) -> tuple[str, ...]:
-    (found,) = (one.type.endings for one in main.params if isinstance(one.type, Results))
+    (found,) = (tuple(one.type.files) for one in main.params if isinstance(one.type, Results))
     return found
 
 
@@ -123,8 +136,8 @@ def test_results_need_a_folder_and_recordings_must_be_there(tmp_path, monkeypatc
     monkeypatch.chdir(tmp_path)
 
     @script
-    @click.argument("seen", type=Recording())
-    @click.argument("out", type=Results(".csv"))
+    @click.argument("seen", type=Recording("What is copied."))
+    @click.argument("out", type=Results({".csv": "The copy.", ".txt": "Nothing yet."}))
     def main(seen, out, force):
         """Copy."""
         assert isinstance(out, Places)
@@ -132,7 +145,11 @@ def test_results_need_a_folder_and_recordings_must_be_there(tmp_path, monkeypatc
 
     Path("a.txt.gz").write_bytes(b"packed")
     run = CliRunner().invoke
-    assert run(main, ["a.txt", "out"]).exit_code == 0  # the readers find it
+    done = run(main, ["a.txt", "out"])  # the readers find it
+    assert (done.exit_code, done.output) == (0, "written: out.csv\n")
+    assert run(main, ["a.txt", "run.csv"]).output == "written: run.csv\n"
+    assert run(main, ["a.txt", "run.tum"]).output == "written: run.tum.csv\n"
+    assert run(main, ["a.txt", "run", "--force"]).output == "written: run.csv\n"
     assert "a.csv: no such file or folder" in run(main, ["a.csv", "b"]).output
     assert "no is no folder: cannot write no/b.csv there" in run(main, ["a.txt", "no/b"]).output
     Path("b.csv").mkdir()
@@ -191,3 +208,201 @@ def test_a_constant_of_the_wrong_type_is_an_error_of_one_line():
 
 def test_units_of_time_are_those_of_the_readers():
     assert tuple(limits.UNITS) == TIME_UNITS
+
+
+# Help ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_tells_the_form_of_each_argument_and_each_file_that_is_written(name):
+    main = command(name)
+    told = "".join(CliRunner().invoke(main, ["--help"]).output.split())  # lines are broken anywhere
+    arguments = [one for one in main.params if isinstance(one, click.Argument)]
+    for one in arguments:
+        assert isinstance(one.type, Form)
+        for label, what in one.type.rows(one.human_readable_name):
+            assert "".join((label + what).split()) in told
+    if name in WRITING:
+        files = told.partition("Filesthatarewritten:")[2]
+        for one in arguments:
+            for ending, what in getattr(one.type, "files", {}).items():
+                assert "".join(f"OUT{ending}{what}".split()) in files
+
+
+@pytest.mark.parametrize(
+    ("name", "forms"),
+    [
+        ("track.py", ["BOX u,v,width,height"]),
+        (
+            "arms.py",
+            [
+                "LENGTHS upper,fore,hand",
+                "POSE sideways,ahead,about,elbow,sideways,ahead,about,elbow, or rest",
+                "--face SQUARE u,v,width,height",
+            ],
+        ),
+    ],
+)
+def test_help_tells_how_numbers_are_given(name, forms):
+    told = " ".join(CliRunner().invoke(command(name), ["--help"]).output.split())
+    for form in forms:
+        assert f"{form}: " in told
+
+
+def test_numbers_are_of_their_form_or_the_word_or_a_file(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("1,2").write_text("a file of that name")
+
+    @script
+    @click.argument("pair", type=Numbers("u,v", "px", word="rest", or_file=True))
+    @click.argument("kind", type=Kinds({"one": "The first.", "two": "The second."}))
+    def main(pair, kind):
+        """Say."""
+        print(repr(pair), kind)
+
+    run = CliRunner().invoke
+    assert run(main, ["-1.5,2e1", "one"]).output == "(-1.5, 20.0) one\n"
+    assert run(main, ["rest", "two"]).output == "'rest' two\n"
+    assert "Path('1,2') one" in run(main, ["1,2", "one"]).output
+    for wrong in ("1", "1,2,3", "1,a", "nan,1", "1,inf", "none.csv", ""):
+        done = run(main, [wrong, "one"])
+        assert done.exit_code == 2
+        assert done.output.splitlines()[-1] == (
+            f"Error: Invalid value for 'PAIR': must be u,v or rest or a file, got {wrong!r}"
+        )
+
+
+# Words -----------------------------------------------------------------------------------------
+
+
+PUBLIC = {
+    name: getattr(robot_perception.datasets, name) for name in robot_perception.datasets.__all__
+}
+FUNCTIONS = {name for name, value in PUBLIC.items() if inspect.isfunction(value)}
+PARAMETERS = {name for key in FUNCTIONS for name in inspect.signature(PUBLIC[key]).parameters}
+NAMED = re.compile(r"\b(\w+)=(?!=)|\b(\w+_\w+|[A-Z][a-z]+[A-Z]\w+)\b")
+
+
+def named(text: str) -> set[str]:
+    """Return the parameters, functions and classes of the library that a sentence names."""
+    found = {name or word for name, word in NAMED.findall(text)}
+    return found & (PUBLIC.keys() | PARAMETERS)
+
+
+def sentences() -> list[str]:
+    """Return what the readers and writers may say: texts of several words, and names of readers."""
+    found = []
+    for file in sorted((ROOT / "lib" / "robot_perception" / "datasets").glob("[!_]*.py")):
+        nodes = list(ast.walk(ast.parse(file.read_text("utf-8"))))
+        silent = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
+        types = [getattr(node, name, None) for node in nodes for name in ("returns", "annotation")]
+        silent |= {id(part) for kind in types if kind for part in ast.walk(kind)}
+        joined = [node for node in nodes if isinstance(node, ast.JoinedStr)]
+        silent |= {id(part) for node in joined for part in node.values}
+        found += ["".join(map(said, node.values)) for node in joined]
+        found += [said(n) for n in nodes if isinstance(n, ast.Constant) and id(n) not in silent]
+    return [text for text in found if (" " in text and text[0] != "<") or text in FUNCTIONS]
+
+
+def said(part: ast.expr) -> str:
+    """Return what a part of a text says, with an x for what is put in."""
+    if isinstance(part, ast.FormattedValue):
+        return "'x'" if part.conversion == ord("r") else "x"
+    return part.value if isinstance(part, ast.Constant) and isinstance(part.value, str) else ""
+
+
+SENTENCES = sorted({text for text in sentences() if named(text)})
+SOURCES = {path.name: path.read_text("utf-8") for path in SCRIPTS.glob("*.py")}
+OPTIONS = {word for name in COMMANDS for one in command(name).params for word in one.opts}
+
+
+@pytest.mark.parametrize("sentence", [*SENTENCES, "no field of view is known: give one"])
+def test_what_the_library_says_names_in_a_script_what_a_script_has(sentence):
+    """No parameter, function or class; but options, constants and scripts that there are."""
+    assert len(SENTENCES) > 5
+    told = worded(sentence)
+    assert not named(told)
+    assert "give one" not in told
+    assert set(re.findall(r"--[\w-]+", told)) <= OPTIONS
+    assert set(re.findall(r"\b\w+\.py\b", told)) <= SOURCES.keys()
+    for constant in set(re.findall(r"\b[A-Z_]{3,}\b", told)) - set(re.findall(r"\w+", sentence)):
+        assert any(re.search(rf"^{constant} = ", text, re.MULTILINE) for text in SOURCES.values())
+
+
+def test_an_error_and_a_remark_of_a_script_have_its_words(capsys):
+    @script
+    @click.argument("file")
+    def main(file):
+        """Fail."""
+        raise ValueError(f"{file}: missing (allow_gaps=True reads\nthe others)")
+
+    done = CliRunner().invoke(main, ["a"])
+    assert done.output == "Error: a: missing (GAPS = True in the script reads the others)\n"
+    report = ReadReport(
+        Path("a.bag"), {}, {}, "messages", ("two would do (topic=…, in a script --topic)",)
+    )
+    tell(Commands(np.zeros(1), np.zeros((1, 2)), report))
+    assert capsys.readouterr().out == "two would do (--topic)\n"
+
+
+# Packages that are missing ---------------------------------------------------------------------
+
+WITHOUT = """
+import runpy, sys
+from importlib.machinery import PathFinder
+
+class Installed(PathFinder):
+    @classmethod
+    def find_spec(cls, name, path=None, target=None):
+        there = name.partition(".")[0] not in absent
+        return super().find_spec(name, path, target) if there else None
+
+absent, files = sys.argv[1].split(","), sys.argv[2:]
+sys.meta_path[:] = [one for one in sys.meta_path if one is not PathFinder] + [Installed]
+for file in files:
+    runpy.run_path(file)["main"]
+"""
+BOOK = "matplotlib,anywidget,ipywidgets,pandas,joblib,jupyter_book,filelock,grimp,latex2mathml"
+
+
+def without(packages: str, *names: str) -> subprocess.CompletedProcess:
+    """Import scripts where packages are missing."""
+    files = [str(SCRIPTS / name) for name in names]
+    words = [sys.executable, "-c", WITHOUT, packages, *files]
+    return subprocess.run(words, capture_output=True, text=True)
+
+
+def test_no_script_needs_what_only_the_book_needs():
+    done = without(BOOK, *COMMANDS)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_script_says_in_one_line_what_is_missing(name):
+    package, index, extra = "click", "click", "data"
+    if "import cv2" in SOURCES[name]:
+        package, index, extra = "cv2", "opencv-python-headless", "vision"
+    done = without(package, name)
+    assert done.returncode == 1
+    assert done.stderr == (
+        f"Error: this needs {package}: pip install {index}"
+        f" (or, in the folder of the book, pip install '.[{extra}]')\n"
+    )
+
+
+def test_a_package_that_is_asked_for_later_is_named_in_one_line():
+    @script
+    def main():
+        """Read."""
+        raise ModuleNotFoundError("No module named 'cv2.face'", name="cv2.face")
+
+    done = CliRunner().invoke(main, [])
+    assert done.output.startswith("Error: this needs cv2: pip install opencv-python-headless (or")
+    with pytest.raises(ModuleNotFoundError), installed():
+        raise ModuleNotFoundError("ours", name="robot_perception.none")
+
+
+def test_files_of_the_book_are_found():
+    assert of_the_book("claims.json").is_file()
+    with pytest.raises(FileNotFoundError, match=r"none\.json is not beside the library"):
+        of_the_book("none.json")

@@ -9,16 +9,20 @@ import numpy as np
 from robot_perception.datasets import Track, read_space_track, read_track, track_format
 from robot_perception.evaluation import spatial, trajectories
 from robot_perception.evaluation.consistency import average_bounds, coverage, normalised_squared
-from robot_perception.extras import needing
 from robot_perception.geometry import wrap_angle
-from robot_perception.scripts import Recording, script, tell
+from robot_perception.scripts import Recording, installed, script, tell
 
-with needing():
+with installed():
     import click
 
 GAP = 0.5  # longest gap of the truth that is bridged, s
 NEAR = 0.01  # largest difference of two times that are one, in space, s
 DISTANCE = 1.0  # over which relative errors are taken, m
+TRACK = (
+    "CSV with columns time_s,x_m,y_m,heading_rad; or in space TUM, KITTI, EuRoC, CSV with columns"
+    " time_s,x_m,y_m,z_m,qx,qy,qz,qw; or a ROS bag."
+)
+TRUTH = "The same of the truth, in the form of ESTIMATE or another."
 FREE = "In space: what of the estimate is free, nothing (the default), its frame, its scale, too."
 BETWEEN = "In space: take the truth between its poses, not the pose that is nearest in time."
 
@@ -108,8 +112,8 @@ def in_space(estimate_file: Path, truth_file: Path, alignment: str, between: boo
 
 
 @script
-@click.argument("estimate", type=Recording())
-@click.argument("truth", type=Recording())
+@click.argument("estimate", type=Recording(TRACK))
+@click.argument("truth", type=Recording(TRUTH))
 @click.option("--align", type=click.Choice(spatial.ALIGNMENTS), default="none", help=FREE)
 @click.option("--interpolate", is_flag=True, help=BETWEEN)
 def main(estimate, truth, align, interpolate, topic, time_unit):

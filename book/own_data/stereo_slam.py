@@ -2,21 +2,22 @@
 
 import numpy as np
 
-from robot_perception import datasets, landmarks
-from robot_perception.cameras import level_mount
-from robot_perception.extras import needing
+from robot_perception import datasets
 from robot_perception.files import reading, written
 from robot_perception.geometry import se2, se3
-from robot_perception.landmarks.metrics import euclidean_mean
 from robot_perception.observations import Observations
-from robot_perception.scripts import Recording, Results, script, tell
+from robot_perception.scripts import Recording, Results, installed, script, tell
 from robot_perception.slam import localisation, planar, rao_blackwellised, visual
 from robot_perception.streams import hold
 
-with needing():
+with installed():
     import click
     import cv2
     from tqdm import tqdm
+
+    from robot_perception import landmarks
+    from robot_perception.cameras import level_mount
+    from robot_perception.landmarks.metrics import euclidean_mean
 
 SIDES = None  # folders of left and right pictures, if they have no usual names
 CALIBRATION = None  # file, if of no usual name; or datasets.Calibration((fx, fy), (cx, cy), b)
@@ -33,6 +34,16 @@ FILTER = visual.Options(particles=100, stable=2, patience=0)  # three pairs in a
 FINDER = localisation.LocaliserRules(particles=5000, fresh=0.05)  # with --map; starts anywhere
 MAP = "means", "covs", "firsts", "descriptors", "squares", "counts"  # what a map's file holds
 RATE, HIGH = 10.0, 360  # of the film: pictures in a second, px
+ROOT = "A folder with pictures of a rectified pair and calib.txt, or a ROS bag with two cameras."
+SPEEDS = "CSV with columns time_s,speed_m_s,turn_rate_rad_s, or a ROS bag with odometry."
+MAPPED = "Localise in the map of another drive, its _map.npz; writes OUT.tum alone."
+RESULTS = {
+    ".tum": "The robot's trajectory; judge.py reads it.",
+    "_kitti.txt": "Poses of the left camera from its first one.",
+    ".ply": "The landmarks, for a viewer of point clouds.",
+    "_map.npz": "The map, for --map.",
+    ".mp4": "The pictures with their features, beside the map.",
+}
 
 
 def recorded(root, topic):
@@ -102,10 +113,10 @@ def film(lefts, looks, path, places):
 
 
 @script
-@click.argument("root", metavar="FOLDER|BAG", type=Recording())
-@click.argument("out", type=Results(".tum", "_kitti.txt", ".ply", "_map.npz", ".mp4"))
-@click.argument("wheels", type=Recording(), required=False)
-@click.option("--map", "known", type=Recording(), help="Localise in the map of another drive.")
+@click.argument("root", metavar="FOLDER|BAG", type=Recording(ROOT))
+@click.argument("out", type=Results(RESULTS))
+@click.argument("wheels", type=Recording(SPEEDS), required=False)
+@click.option("--map", "known", type=Recording(MAPPED), metavar="MAP", help=MAPPED)
 def main(root, out, wheels, known, topic, time_unit, force):
     """SLAM with a stereo camera, with the commands of the wheels or without."""
     if NO_WHEELS not in SIGMAS:

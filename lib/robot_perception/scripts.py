@@ -3,19 +3,72 @@
 import io
 import math
 import os
+import re
 import sys
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from inspect import signature
 from pathlib import Path
 from typing import Any, final
 
+import robot_perception
 from robot_perception import checks
-from robot_perception.extras import needing
+from robot_perception.extras import NAMES, extra_of
 
-with needing():
+
+@contextmanager
+def installed() -> Iterator[None]:
+    """End the program in one line if an import inside finds no package.
+
+    Raises
+    ------
+    SystemExit
+        In place of ``ModuleNotFoundError``; it says what to install.
+    """
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        if _is_ours(error):
+            raise
+        raise SystemExit(f"Error: {_advice(error)}") from None
+
+
+def _is_ours(error: ModuleNotFoundError) -> bool:
+    return str(error.name).partition(".")[0] in ("robot_perception", "data_synth", "None")
+
+
+def _advice(error: ModuleNotFoundError) -> str:
+    """Return what to install: a package of the index, or an extra in the folder of the book."""
+    package = str(error.name).partition(".")[0]
+    return (
+        f"this needs {package}: pip install {NAMES.get(package, package)}"
+        f" (or, in the folder of the book, pip install '.[{extra_of(package)}]')"
+    )
+
+
+with installed():
     import click
 
 Main = Callable[..., None]
+WORDS = {
+    r"\b\w+(=.*?)?, in a script:? ": "",
+    r"\b\w+=\S+ \(in a script: ([^)]*)\)": r"\1",
+    r"\ballow_gaps=True\b": "GAPS = True in the script",
+    r"\bpattern=… tells which are meant": "leave only those that are meant in the folder",
+    r"\bgive one$": "FIELD in the script gives one",
+    r"\bfield_of_view\b": "FIELD",
+    r"\bmax_range\b": "MAX_RANGE",
+    r"\blongest_gap\b": "GAP",
+    r"\btimed=False\b": "walls.py",
+    r"\boverwrite=True replaces\b": "--force writes over",
+    r"\bread_carmen_log\b": "walls.py carmen",
+    r"\bread_graph_log\b": "walls.py graph",
+    r"\b(use )?read_landmark_graph\b": "no script reads one",
+    r"\bread_space_track\b": "judge.py",
+    r"\bread_film takes\b": "give",
+}
+"""What sentences of the library name, and how a script has it: an option, a constant, a script."""
+FILM = "A film, a folder of pictures with numbers in their names, or a ROS bag."
 TIME_UNITS = ("s", "ms", "us", "ns")  # as `datasets.limits` has them
 READ_IN_FOLDERS = {
     ".bmp",
@@ -31,29 +84,96 @@ READ_IN_FOLDERS = {
 }
 
 
-class Recording(click.ParamType):
+class Form(click.ParamType):
+    """The form of an argument, which ``--help`` tells.
+
+    Parameters
+    ----------
+    what
+        What it is.
+    """
+
+    name = "word"
+
+    def __init__(self, what: str) -> None:
+        self.what = what
+
+    def rows(self, name: str) -> list[tuple[str, str]]:
+        """Return what stands beside the name of an argument of this form."""
+        return [(name, self.what)]
+
+
+class Kinds(click.Choice, Form):
+    """An argument that is one of a few words.
+
+    Parameters
+    ----------
+    words
+        Each, and what it stands for.
+    """
+
+    def __init__(self, words: Mapping[str, str]) -> None:
+        super().__init__(list(words))
+        self.words = dict(words)
+
+    def rows(self, name: str) -> list[tuple[str, str]]:
+        """Return a row for each word."""
+        return list(self.words.items())
+
+
+class Recording(Form):
     """An argument that names a file or a folder to read; it becomes a `pathlib.Path`.
 
     Parameters
     ----------
-    or_words
-        Whether it may be words as well, which stay a text where there is no such file.
+    what
+        What is read there.
     """
 
     name = "recording"
 
-    def __init__(self, *, or_words: bool = False) -> None:
-        self.or_words = or_words
-
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return the path of what is there, packed or not."""
-        path = Path(value)
-        packed = path.with_suffix("") if path.suffix == ".gz" else Path(f"{path}.gz")
-        if not path.exists() and not packed.is_file():  # readers of text take the one for the other
-            if self.or_words:
-                return value
+        if not _is_there(value):
             self.fail(f"{value}: no such file or folder", param, ctx)
-        return path
+        return Path(value)
+
+
+class Numbers(Form):
+    """An argument of finite numbers between commas; it becomes a tuple.
+
+    Parameters
+    ----------
+    form
+        Their names between commas.
+    what
+        What they are, and their unit.
+    word
+        What may stand in their place, and stays as it is.
+    or_file
+        Whether it may be the name of a file as well, which becomes a `pathlib.Path`.
+    """
+
+    name = "numbers"
+
+    def __init__(self, form: str, what: str, *, word: str = "", or_file: bool = False) -> None:
+        super().__init__(f"{form}{f', or {word}' if word else ''}: {what}")
+        self.form, self.word, self.or_file = form, word, or_file
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the numbers, the word or the path."""
+        if self.or_file and _is_there(value):
+            return Path(value)
+        if self.word and value == self.word:
+            return value
+        try:
+            found = tuple(map(float, value.split(",")))
+        except ValueError:
+            found = ()
+        if len(found) != len(self.form.split(",")) or not all(map(math.isfinite, found)):
+            others = [self.word] * bool(self.word) + ["a file"] * self.or_file
+            self.fail(f"must be {' or '.join([self.form, *others])}, got {value!r}", param, ctx)
+        return found
 
 
 @final
@@ -83,23 +203,27 @@ class Places(Mapping[str, Path]):
         return len(self._paths)
 
 
-class Results(click.ParamType):
+class Results(Form):
     """An argument that says what the names of results begin with; it becomes `Places`.
+
+    A name that ends as one of the results does is taken without this ending.
 
     Parameters
     ----------
-    endings
-        Those of all files that the script may write.
+    files
+        The endings of all files that the script may write, and what each holds.
     """
 
     name = "results"
 
-    def __init__(self, *endings: str) -> None:
-        self.endings = endings or ("",)
+    def __init__(self, files: Mapping[str, str]) -> None:
+        super().__init__("What the names of the files that are written begin with.")
+        self.files = dict(files)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return the places, in a folder that is there."""
-        places = Places(str(value), self.endings)
+        stem, suffix = os.path.splitext(str(value))
+        places = Places(stem if suffix in self.files else str(value), tuple(self.files))
         for path in places.values():
             if not path.parent.is_dir():
                 self.fail(f"{path.parent} is no folder: cannot write {path} there", param, ctx)
@@ -127,19 +251,44 @@ class Field(click.ParamType):
 class Script(click.Command):
     """A command that refuses to write over what it reads, and ends in one line on bad input."""
 
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the forms of the arguments, the options, and which files there will be."""
+        own = [one for one in self.params if isinstance(one, click.Argument)]
+        named = [(one.human_readable_name, one.type) for one in own if isinstance(one.type, Form)]
+        if rows := [row for name, form in named for row in form.rows(name)]:
+            with formatter.section("Arguments"):
+                formatter.write_dl(rows)
+        super().format_options(ctx, formatter)
+        for name, form in named:
+            if isinstance(form, Results):
+                with formatter.section("Files that are written"):
+                    formatter.write_dl([(f"{name}{end}", what) for end, what in form.files.items()])
+
     def invoke(self, ctx: click.Context) -> Any:
-        """Check the places of results; then run the script, whose words any console can show."""
+        """Check the places of results; then run the script, whose words any console can show.
+
+        The last line that it prints names the files that it has written.
+        """
         if isinstance(sys.stdout, io.TextIOWrapper):
             sys.stdout.reconfigure(errors="backslashreplace")
         values = list(ctx.params.values())
         several = [value if isinstance(value, tuple) else (value,) for value in values]
         recordings = [one for values in several for one in values if isinstance(one, Path)]
         results = [path for value in values if isinstance(value, Places) for path in value.values()]
+        before = list(map(_state, results))
         try:
             check_results(results, recordings, overwrite=ctx.params.get("force", False))
-            return super().invoke(ctx)
-        except (OSError, TypeError, ValueError, ModuleNotFoundError) as error:
-            raise click.ClickException(str(error)) from error
+            value = super().invoke(ctx)
+        except ModuleNotFoundError as error:
+            if _is_ours(error):
+                raise
+            raise click.ClickException(_advice(error)) from error
+        except (OSError, TypeError, ValueError) as error:
+            raise click.ClickException(worded(str(error))) from error
+        after = zip(results, before, map(_state, results), strict=True)
+        if written := [str(path) for path, was, now in after if now != was]:
+            print(f"written: {', '.join(written)}")
+        return value
 
 
 def check_results(results: list[Path], recordings: list[Path], *, overwrite: bool) -> None:
@@ -171,17 +320,40 @@ def check_results(results: list[Path], recordings: list[Path], *, overwrite: boo
         raise FileExistsError(f"{names}: there already; --force writes over what is there")
 
 
+def worded(text: str) -> str:
+    """Return a sentence of the library as a script says it, in one line: see `WORDS`."""
+    for ours, theirs in WORDS.items():
+        text = re.sub(ours, theirs, text)
+    return " ".join(text.splitlines())
+
+
 def tell(recording: Any) -> Any:
     """Print what of a recording is not as it should be, a sentence a line, and return it.
 
     Parameters
     ----------
     recording
-        Its ``report`` has the remarks; one of a table has none.
+        It has the remarks, as a film, or its ``report``; one of a table has none.
     """
-    for remark in recording.report.remarks if recording.report else ():
-        print(remark)
+    told = recording if hasattr(recording, "remarks") else recording.report
+    for remark in told.remarks if told else ():
+        print(worded(remark))
     return recording
+
+
+def of_the_book(name: str) -> Path:
+    """Return a file that the book has recorded: of the checkout, or shipped inside the package.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    """
+    package = Path(robot_perception.__file__).parent
+    for folder in (package.parents[1] / "book" / "_data", package / "_data"):
+        if (folder / name).is_file():
+            return folder / name
+    raise FileNotFoundError(f"{name} is not beside the library: install it from the book's folder")
 
 
 def within(name: str, value: Any, least: float, most: float, unit: str) -> float:
@@ -222,6 +394,24 @@ def script(main: Main) -> Script:
         main = click.option("--field", type=Field(), metavar="FIRST,LAST", help=told)(main)
     words = {"help_option_names": ["-h", "--help"], "ignore_unknown_options": True}  # -5,3 is none
     return click.command(cls=Script, context_settings=words)(main)
+
+
+def _is_there(name: Any) -> bool:
+    """Tell whether there is a file or a folder of that name, packed or not.
+
+    Readers of text take the one for the other.
+    """
+    path = Path(name)
+    packed = path.with_suffix("") if path.suffix == ".gz" else Path(f"{path}.gz")
+    return bool(name) and (path.exists() or packed.is_file())
+
+
+def _state(path: Path) -> tuple[int, int] | None:
+    """Return what changes when a file is written, none if there is no file."""
+    if not path.exists():
+        return None
+    found = path.stat()
+    return found.st_ino, found.st_mtime_ns
 
 
 def _holds(recording: Path, path: Path) -> bool:

@@ -50,6 +50,7 @@ from robot_perception.datasets.observed import (
 )
 from robot_perception.datasets.pairs import DepthPair, PlanePair, read_depth_pair, read_plane_pair
 from robot_perception.datasets.pictures import CorruptImage, read_image
+from robot_perception.datasets.plans import write_plan
 from robot_perception.datasets.relations import Relations, read_relations
 from robot_perception.datasets.space_tracks import SpaceTrack, read_space_track, track_format
 from robot_perception.datasets.stereo import (
@@ -175,6 +176,7 @@ __all__ = [
     "write_columns",
     "write_kitti",
     "write_mot",
+    "write_plan",
     "write_ply",
     "write_tum",
     "write_video",

@@ -175,7 +175,7 @@ def _columns(paths: Sequence[Path]) -> list[_Column]:
         if len(digits) != len(found[0]):
             raise CorruptImage(
                 f"{path}: the name has {len(digits)} numbers, that of {paths[0].name} has"
-                f" {len(found[0])}; a pattern tells which are meant"
+                f" {len(found[0])}; pattern=… tells which are meant"
             )
     between = [DIGITS.split(path.stem)[1:-1] for path in paths]
     columns, at = list(zip(*found, strict=True)), 0

@@ -202,6 +202,14 @@ CALLS = {
         confidences=np.ones(2),
         overwrite=True,
     ),
+    datasets.write_plan: lambda: call(
+        FOLDER / "out.svg",
+        walls=np.ones((2, 2, 2)),
+        way=np.ones((3, 2)),
+        marks=np.ones((2, 2)),
+        names=["1", "2"],
+        overwrite=True,
+    ),
     datasets.write_ply: lambda: call(
         FOLDER / "out.ply", np.ones((2, 3)), np.ones((2, 3), np.uint8), overwrite=True
     ),
