@@ -48,12 +48,17 @@ def time_fault(times: Float[np.ndarray, "*k"], time_unit: str) -> str:
     fault = _fault(times / UNITS[time_unit])
     if not fault:
         return ""
-    others = [unit for unit in UNITS if unit != time_unit and not _fault(times / UNITS[unit])]
-    if not others:
+    unit = other_unit(times, time_unit)
+    if not unit:
         return f"{fault}, which no recording does"
-    unit = min(others, key=lambda unit: _strangeness(times / UNITS[unit]))
-    hint = f"time_unit={unit!r} (in a script: --time-unit {unit})"
-    return f"{fault}; these times look like {NAMES[unit]}: {hint}"
+    hint = f"time_unit={unit!r}, in a script --time-unit"
+    return f"{fault}; these times look like {NAMES[unit]} ({hint})"
+
+
+def other_unit(times: Float[np.ndarray, "*k"], time_unit: str) -> str:
+    """Return in which other unit numbers look most like times of a recording, if in any."""
+    others = [unit for unit in UNITS if unit != time_unit and not _fault(times / UNITS[unit])]
+    return min(others, key=lambda unit: _strangeness(times / UNITS[unit]), default="")
 
 
 def in_order(name: str, times: Float[np.ndarray, " k"]) -> Float[np.ndarray, " k"]:
