@@ -6,7 +6,7 @@ import numpy as np
 
 from robot_perception.datasets import read_columns, read_commands, write_columns
 from robot_perception.extras import needing
-from robot_perception.scripts import Recording, Results, script, tell
+from robot_perception.scripts import Clocks, Recording, Results, script, tell
 from robot_perception.slam import planar
 from robot_perception.streams import merge
 
@@ -31,12 +31,11 @@ START = planar.MapBelief.start(np.zeros(3), np.diag([0.01, 0.01, 0.005]) ** 2)  
 @click.argument("out", type=Results(".csv", ".tum", "_map.csv"))
 def main(kind, commands, observations, out, topic, time_unit, force):
     """EKF-SLAM on a robot's log: its commands and what it saw."""
-    measured, sensor = SENSORS[kind]
-    told = tell(read_commands(commands, time_unit=time_unit, topic=topic))
-    name = ["landmark"]
-    seen = read_columns(
-        observations, NAMED | measured, optional=name, integers=name, time_unit=time_unit
-    )
+    (measured, sensor), clocks = SENSORS[kind], Clocks(time_unit, commands, observations)
+    told, name = tell(clocks.read(read_commands, commands, topic=topic)), ["landmark"]
+    limits = NAMED | measured
+    seen = clocks.read(read_columns, observations, limits, optional=name, integers=name)
+    clocks.check((commands, told.times), (observations, seen["time_s"]))
     ids = seen.get("landmark", np.full(len(seen["time_s"]), -1))  # -1: nobody knows which
     values = np.column_stack([seen[column] for column in measured])
     merged = merge(told.times, told.velocities, seen["time_s"], delay=DELAY)

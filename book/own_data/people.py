@@ -12,7 +12,8 @@ from robot_perception.people import PeopleTracker, legs
 from robot_perception.people.aggregation import AggregationRules, SensorRules
 from robot_perception.people.detections import Detections, polar
 from robot_perception.people.trajectories import StaticRules
-from robot_perception.scripts import Recording, Results, script, tell
+from robot_perception.scripts import Clocks, Recording, Results, script, tell
+from robot_perception.streams import ticks
 
 with needing():
     import click
@@ -36,12 +37,10 @@ RATE, SIDE, REACH, TRAIL = 10.0, 480, 8.0, 5.0  # of the film: pictures in a sec
 Reading = tuple[Detections, np.ndarray]  # and the points (n, 2) of a scan, m
 
 
-def from_table(file: Path, time_unit: str) -> list[Reading]:
+def from_table(file: Path, clocks: Clocks) -> list[Reading]:
     """Readings of any sensors in the order of their times."""
-    limits = {"time_s": np.inf} | DISTANCE | DIRECTION
-    times, *numbers, names = datasets.read_columns(
-        file, limits, texts=["sensor"], time_unit=time_unit
-    ).values()
+    most, words = {"time_s": np.inf} | DISTANCE | DIRECTION, ["sensor"]
+    times, *numbers, names = clocks.read(datasets.read_columns, file, most, texts=words).values()
     if unknown := sorted({*names} - {*SENSORS}):
         raise ValueError(f"{file}: SENSORS has no rules for {', '.join(unknown)}")
     found = []
@@ -52,18 +51,18 @@ def from_table(file: Path, time_unit: str) -> list[Reading]:
     return found
 
 
-def from_laser(file: Path, topic: tuple[str, ...], unit: str) -> tuple[list[Reading], np.ndarray]:
-    """Scans at the height of legs, and the poses that their log knows."""
-    archive, bag = file.suffix == ".npz", datasets.is_bag(file)
-    read = datasets.read_leg_scans if archive else datasets.read_carmen_log
-    log = tell(
-        datasets.read_bag_log(file, topic, still=True) if bag else read(file, time_unit=unit)
-    )
+def from_laser(file: Path, topic: tuple[str, ...], clocks: Clocks, way) -> tuple:
+    """Scans at the height of legs, and the poses that their log knows, if it does."""
+    read = datasets.read_leg_scans if file.suffix == ".npz" else datasets.read_carmen_log
+    if datasets.is_bag(file):
+        log = tell(datasets.read_bag_log(file, topic, still=True, way=way))
+    else:
+        log = tell(clocks.read(read, file))
     found, ahead = [], np.stack([np.cos(log.angles), np.sin(log.angles)], axis=-1)
     for time, ranges in zip(log.times.tolist(), tqdm(log.ranges, "scans"), strict=True):
         there, seen = np.isfinite(ranges), legs.detect(ranges, log.angles, LEGS)
         found.append((Detections(time, "laser", seen), ranges[there, None] * ahead[there]))
-    return found, np.zeros((len(found), 3)) if archive else log.poses
+    return found, getattr(log, "poses", None)
 
 
 def film(shown: list[tuple], times: np.ndarray) -> Iterator[np.ndarray]:
@@ -74,7 +73,7 @@ def film(shown: list[tuple], times: np.ndarray) -> Iterator[np.ndarray]:
     def pixels(points: np.ndarray) -> np.ndarray:
         return (SIDE / 2 * (1 + (points - middle) * [1, -1] / REACH)).round().astype(np.int32)
 
-    for time in np.arange(times[0], times[-1] + 1 / RATE, 1 / RATE):
+    for time in ticks(times, rate=RATE, longest_gap=TRAIL):  # none in a pause
         picture = np.full((SIDE, SIDE, 3), 255, np.uint8)
         now = int(np.searchsorted(times, time, side="right"))
         for pose, scan, seen, *_ in shown[min(before, now - 1) : now]:
@@ -101,16 +100,21 @@ def film(shown: list[tuple], times: np.ndarray) -> Iterator[np.ndarray]:
 @click.argument("way", type=Recording(), required=False)
 def main(kind, file, out, way, topic, time_unit, force):
     """People round a robot, by detections of any sensors or by the legs in laser scans."""
+    files = [file, way] if way else [file]
+    clocks, topics = Clocks(time_unit, *files), datasets.share_topics(topic, *files)
+    track = tell(clocks.read(datasets.read_track, way, topic=topics[1])) if way else None
     if kind == "legs":
-        readings, poses = from_laser(file, topic, time_unit)
+        readings, poses = from_laser(file, topics[0], clocks, track)
     else:
-        readings, poses = from_table(file, time_unit), None
+        readings, poses = from_table(file, clocks), None
     times = np.array([seen.time for seen, _ in readings])
-    poses, covered = np.zeros((len(times), 3)) if poses is None else poses, times == times
-    if way:
-        poses, covered = tell(datasets.read_track(way, time_unit=time_unit, topic=topic)).at(
-            times, longest_gap=GAP
-        )
+    covered = np.ones(len(times), dtype=bool)
+    if way and not datasets.is_bag(file):
+        clocks.check((file, times), (way, track.times))
+        poses, covered = track.at(times, longest_gap=GAP)
+    elif poses is None:
+        print("no POSES: the robot is taken to stand still")
+        poses = np.zeros((len(times), 3))
     if not covered.any():
         raise ValueError(f"{way}: no pose at the time of a reading")
     tracker, shown = PeopleTracker(PEOPLE, STATIC), []

@@ -9,7 +9,7 @@ from robot_perception.files import reading, written
 from robot_perception.geometry import se2, se3
 from robot_perception.landmarks.metrics import euclidean_mean
 from robot_perception.observations import Observations
-from robot_perception.scripts import Recording, Results, script, tell
+from robot_perception.scripts import Clocks, Recording, Results, script, tell
 from robot_perception.slam import localisation, planar, rao_blackwellised, visual
 from robot_perception.streams import hold
 
@@ -20,6 +20,7 @@ with needing():
 
 LEFT, RIGHT = ("image_l", "*.png"), ("image_r", "*.png")  # folder, and which files of it
 CALIBRATION = "calib.txt"  # in FOLDER; or datasets.Calibration((fx, fy), (cx, cy), baseline)
+APART = 0.01  # between the two pictures of a pair in a BAG, s
 TICK = 0.1  # from one number of a picture to the next, s; 1e-9 where they are nanoseconds
 GAPS = False  # whether numbers may be missing
 MOUNT = level_mount(np.array([0.0, 0.0, 0.0]))  # where the left camera sits on the robot, m
@@ -35,20 +36,22 @@ MAP = "means", "covs", "firsts", "descriptors", "squares", "counts"  # what a ma
 RATE, HIGH = 10.0, 360  # of the film: pictures in a second, px
 
 
-def recorded(root, topic):
+def recorded(root, topic, baseline):
     """The pairs of pictures, the cameras and the times, from a folder or a bag."""
-    if datasets.is_bag(root):
-        pairs = tell(datasets.read_bag_stereo(root, topic))
-        return pairs, pairs.calibration.rig(pairs.size), pairs.times
     told = CALIBRATION
+    if datasets.is_bag(root):
+        how = {"baseline": baseline, "calibration": None if isinstance(told, str) else told}
+        pairs = tell(datasets.read_bag_stereo(root, topic, tolerance=APART, **how))
+        return pairs, pairs.calibration.rig(pairs.size), pairs.times
     told = datasets.read_calibration(root / told) if isinstance(told, str) else told
     sides = (datasets.read_images(root / at, kind, allow_gaps=GAPS) for at, kind in (LEFT, RIGHT))
     pairs = datasets.StereoSequence(*sides)
     return pairs, told.rig(pairs.size), np.round(np.array(pairs.numbers) * TICK, 9)
 
 
-def by_wheels(file, how, times: np.ndarray) -> list[planar.Odometry]:
-    told = tell(datasets.read_commands(file, **how))
+def by_wheels(file, clocks, topic, root, times: np.ndarray) -> list[planar.Odometry]:
+    told = tell(clocks.read(datasets.read_commands, file, topic=topic))
+    clocks.check((file, told.times), (root, times))
     held = hold(told.times, told.velocities, times)
     return list(map(planar.Odometry, *planar.compound(held, WHEELS)))
 
@@ -106,14 +109,16 @@ def film(lefts, looks, path, places):
 @click.argument("out", type=Results(".tum", "_kitti.txt", ".ply", "_map.npz", ".mp4"))
 @click.argument("wheels", type=Recording(), required=False)
 @click.option("--map", "known", type=Recording(), help="Localise in the map of another drive.")
-def main(root, out, wheels, known, topic, time_unit, force):
+@click.option("--baseline", type=float, help="Of a bag that does not tell it, m.")
+def main(root, out, wheels, known, baseline, topic, time_unit, force):
     """SLAM with a stereo camera, with the commands of the wheels or without."""
     if NO_WHEELS not in SIGMAS:
         raise ValueError(f"NO_WHEELS must be one of {', '.join(SIGMAS)}, got {NO_WHEELS!r}")
-    (pairs, rig, times), rng = recorded(root, topic), np.random.default_rng(1)
+    topics, clocks = datasets.share_topics(topic, root, wheels), Clocks(time_unit, wheels)
+    (pairs, rig, times), rng = recorded(root, topics[0], baseline), np.random.default_rng(1)
     landmarks.require_rectified(*map(landmarks.detect, pairs[0]))
-    how = {"time_unit": time_unit, "topic": topic}
-    moved = [None, *(by_wheels(wheels, how, times) if wheels else [None] * (len(pairs) - 1))]
+    own = (wheels, clocks, topics[1], root, times)
+    moved = [None, *(by_wheels(*own) if wheels else [None] * (len(pairs) - 1))]
     if known is not None:
         poses, sure = map(np.array, zip(*localised(pairs, rig, moved, known), strict=True))
         datasets.write_tum(out[".tum"], times, se3.from_se2(poses), overwrite=force)

@@ -4,7 +4,7 @@ import numpy as np
 
 from robot_perception import datasets
 from robot_perception.extras import needing
-from robot_perception.scripts import Recording, Results, script, tell
+from robot_perception.scripts import Clocks, Recording, Results, script, tell
 from robot_perception.walls import Extraction, Gate, RangeNoise, ScanReport, WallMapper
 
 with needing():
@@ -29,7 +29,8 @@ def main(kind, files, out, topic, time_unit, force):
     if kind == "array":
         ranges = datasets.read_ranges(files[0], max_range=MAX_RANGE)
         angles = np.linspace(*FIELD, ranges.shape[1])
-        poses = tell(datasets.read_track(files[1], time_unit=time_unit, topic=topic)).poses
+        clock = Clocks(time_unit, files[1])
+        poses = tell(clock.read(datasets.read_track, files[1], topic=topic)).poses
     else:
         if kind == "bag":
             log = tell(datasets.read_bag_log(files[0], topic))
