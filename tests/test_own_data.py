@@ -1183,7 +1183,7 @@ FILES = EXAMPLES | {
         ("ekf_slam.py polar commands.csv degrees.csv d", "line 2: bearing_rad is '16', beyond 7"),
         ("ekf_slam.py polar commands.csv half.csv d", "line 2: landmark is '3.5', not a whole"),
         ("ekf_slam.py polar commands.csv hole.csv d", "line 2: range_m is 'nan', not a finite"),
-        ("ekf_slam.py polar commands.csv early.csv d", "no observation falls between"),
+        ("ekf_slam.py polar commands.csv early.csv d", "no time in common: .* early.csv at -0.5"),
         (
             "ekf_slam.py polar commands.csv twice.csv d",
             r"twice\.csv, line \d: landmark 3: at",
@@ -1200,7 +1200,7 @@ FILES = EXAMPLES | {
         ("walls.py carmen one.csv w.csv", "one.csv, line 1: does not begin with a keyword"),
         (
             "walls.py carmen beams.log w.csv",
-            "beams.log, line 1: no field .* in a script --field",
+            r"beams\.log, line 1: no field of view is known for \d+ beams: --field first,last in",
         ),
         (
             "walls.py carmen beams.log w.csv --field 9",
@@ -1215,7 +1215,10 @@ FILES = EXAMPLES | {
         ("rank.py", "distances"),
         ("rank.py landmarks gps", "'gps' is not one of 'landmarks', 'anchor'"),
         ("judge.py commands.csv truth.csv", "commands.csv, line 1: no column x_m"),
-        ("judge.py later.csv truth.csv", "the paths are empty"),
+        (
+            "judge.py later.csv truth.csv",
+            "no time in common: later.csv from 100.000 to 101.000 s and truth.csv from 0.000",
+        ),
         ("judge.py truth.csv truth.csv --align se3", "truth.csv is in the plane: --align and"),
         ("judge.py still.tum still.tum --align se3", "do not determine a rotation"),
         ("judge.py still.tum later.tum", "no pose of still.tum is at the time of one of later.tum"),
@@ -1239,7 +1242,10 @@ FILES = EXAMPLES | {
         ),
         ("people.py detections nameless.csv out", "nameless.csv, line 2: sensor is empty"),
         ("people.py detections turned.csv out", "direction_rad is '90', beyond 7: is the unit"),
-        ("people.py detections here.csv out later.csv", "later.csv: no pose at the time of a"),
+        (
+            "people.py detections here.csv out later.csv",
+            "no time in common: here.csv at 1.000 s and later.csv",
+        ),
         (
             "people.py detections here.csv no/out",
             "no is no folder: cannot write no/out\\.\\w+ there",

@@ -19,6 +19,7 @@ import robot_perception.datasets
 from robot_perception.datasets import Commands, ReadReport, limits
 from robot_perception.scripts import (
     TIME_UNITS,
+    Clocks,
     Form,
     Kinds,
     Numbers,
@@ -26,6 +27,7 @@ from robot_perception.scripts import (
     Recording,
     Results,
     check_results,
+    for_each,
     installed,
     of_the_book,
     script,
@@ -182,6 +184,113 @@ def test_a_script_that_takes_topics_gets_an_option_for_them():
     assert CliRunner().invoke(main, ["a"]).output == "a ()\n"
 
 
+def test_a_script_that_takes_units_of_time_gets_an_option_for_them():
+    @script
+    @click.argument("log")
+    def main(log, time_unit):
+        """Say."""
+        print(log, time_unit)
+
+    run = CliRunner().invoke
+    assert run(main, ["a", "--time-unit", "ms", "--time-unit", "s"]).output == "a ('ms', 's')\n"
+    assert run(main, ["a"]).output == "a ()\n"
+    assert "'h' is not one of" in run(main, ["a", "--time-unit", "h"]).output
+
+
+def test_an_option_holds_for_all_files_or_for_each_in_their_order():
+    assert for_each("--topic", [], 2) == [None, None]
+    assert for_each("--topic", ["a"], 2) == ["a", "a"]
+    assert for_each("--topic", ["a", "b"], 2) == ["a", "b"]
+    with pytest.raises(ValueError, match="--topic may be given once, or 2 times in the order of"):
+        for_each("--topic", ["a", "b", "c"], 2)
+    with pytest.raises(ValueError, match="--time-unit may be given once, got s ms"):
+        for_each("--time-unit", ["s", "ms"], 1)
+
+
+class OtherUnitError(ValueError):
+    """An error of a reader that found times in another unit."""
+
+    unit = "ms"
+
+
+def recording(numbers):
+    """Return a reader of times that cannot be farther apart than a minute."""
+
+    def read(path, *, time_unit):
+        times = np.array(numbers) / 1000.0 ** TIME_UNITS.index(time_unit)
+        if np.diff(times).max() > 60:
+            raise OtherUnitError(f"{path}: too far apart")
+        return Commands(times, np.zeros((len(times), 2)))
+
+    return read
+
+
+def test_a_unit_is_taken_as_given_or_as_the_numbers_tell(capsys):
+    mine, theirs = Path("mine.csv"), Path("theirs.csv")
+    seconds, milliseconds = recording([0.0, 1, 2]), recording([0.0, 1000, 2000])
+    for given in ([], ["s", "ms"]):
+        clocks = Clocks(given, mine, theirs)
+        both = clocks.read(seconds, mine), clocks.read(milliseconds, theirs)
+        np.testing.assert_array_equal(both[0].times, both[1].times)
+        clocks.check(*zip((mine, theirs), (one.times for one in both), strict=True))
+        told = "theirs.csv: its times are read in ms, as their size tells\n"
+        assert capsys.readouterr().out == ("" if given else told)
+    with pytest.raises(ValueError, match=r"too far apart; --time-unit s --time-unit ms would help"):
+        Clocks(["s"], mine, theirs).read(milliseconds, theirs)
+    with pytest.raises(ValueError, match=r"too far apart; --time-unit ms would help"):
+        Clocks(["s"], theirs).read(milliseconds, theirs)
+    with pytest.raises(ValueError, match="--time-unit may be given once, got s ms"):
+        Clocks(["s", "ms"], mine)
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "given", "units"),
+    [
+        ([0.0, 1, 2], [1000.0, 1040], ["s"], ["s", "ms"]),
+        ([0.0, 1, 2], [1000.0, 2000], ["ms"], ["s", "ms"]),
+        ([5000.0, 6000], [5.0, 6, 7], ["ms"], ["ms", "s"]),
+        ([1.7e9, 1.7e9 + 1], [1.7e12, 1.7e12 + 50], ["s"], ["s", "ms"]),
+        ([0.0, 1, 2], [0.0, 1000, 2000], ["ms"], ["s", "ms"]),
+        ([0.0, 1, 2], [0.0, *range(25, 2000, 25)], [], ["s", "ms"]),
+    ],
+)
+def test_what_is_advised_where_no_time_is_in_common_works(first, second, given, units):
+    files = Path("a.csv"), Path("b.csv")
+    readers = recording(first), recording(second)
+
+    def both(given):
+        clocks = Clocks(given, *files)
+        read = [clocks.read(*one).times for one in zip(readers, files, strict=True)]
+        clocks.check(*zip(files, read, strict=True))
+
+    with pytest.raises(
+        ValueError, match=r"(no|hardly a) time in common: a\.csv from .* and b\.csv from"
+    ) as no:
+        both(given)
+    advice = " ".join(f"--time-unit {unit}" for unit in units)
+    assert str(no.value).endswith(f" s; {advice} would help")
+    both(units)
+
+
+def test_a_minute_of_a_day_is_enough_in_common():
+    files, day = (Path("a.csv"), Path("b.csv")), np.arange(0.0, 86400.0).tolist()
+    for given in ([], ["s"], ["s", "s"]):
+        clocks = Clocks(given, *files)
+        minute = clocks.read(recording(np.arange(0, 60, 0.1).tolist()), files[0])
+        whole = clocks.read(recording(day), files[1])
+        clocks.check((files[0], minute.times), (files[1], whole.times))
+
+
+def test_of_two_clocks_that_no_unit_joins_it_is_told_which_counts_from_1970():
+    files = Path("a.csv"), Path("b.bag")
+    clocks = Clocks([], files[0])
+    clocks.read(recording([0.0, 1.0]), files[0])
+    with pytest.raises(ValueError, match="; one clock counts from 1970, the other does not"):
+        clocks.check((files[0], [0.0, 1.0]), (files[1], [1.7e9, 1.7e9 + 1]))
+    with pytest.raises(ValueError, match=r"from 7\.000 to 8\.000 s$"):
+        clocks.check((files[0], [0.0, 1.0]), (files[1], [7.0, 8.0]))
+
+
 def test_remarks_of_a_recording_are_told(capsys):
     report = ReadReport(Path("a.bag"), {}, {}, "messages", ("two are late", "one is lost"))
     recording = Commands(np.zeros(1), np.zeros((1, 2)), report)
@@ -316,13 +425,12 @@ SOURCES = {path.name: path.read_text("utf-8") for path in SCRIPTS.glob("*.py")}
 OPTIONS = {word for name in COMMANDS for one in command(name).params for word in one.opts}
 
 
-@pytest.mark.parametrize("sentence", [*SENTENCES, "no field of view is known: give one"])
+@pytest.mark.parametrize("sentence", SENTENCES)
 def test_what_the_library_says_names_in_a_script_what_a_script_has(sentence):
     """No parameter, function or class; but options, constants and scripts that there are."""
     assert len(SENTENCES) > 5
     told = worded(sentence)
     assert not named(told)
-    assert "give one" not in told
     assert set(re.findall(r"--[\w-]+", told)) <= OPTIONS
     assert set(re.findall(r"\b\w+\.py\b", told)) <= SOURCES.keys()
     for constant in set(re.findall(r"\b[A-Z_]{3,}\b", told)) - set(re.findall(r"\w+", sentence)):

@@ -5,7 +5,7 @@ from itertools import repeat
 import numpy as np
 
 from robot_perception.datasets import read_commands, read_landmarks, write_columns, write_plan
-from robot_perception.scripts import Kinds, Recording, Results, installed, script, tell
+from robot_perception.scripts import Clocks, Kinds, Recording, Results, installed, script, tell
 from robot_perception.slam import planar
 from robot_perception.streams import merge
 
@@ -42,9 +42,10 @@ START = planar.MapBelief.start(np.zeros(3), np.diag([0.01, 0.01, 0.005]) ** 2)  
 @click.argument("out", type=Results(RESULTS))
 def main(kind, commands, observations, out, topic, time_unit, force):
     """EKF-SLAM on a robot's log: its commands and what it saw."""
-    measured, sensor = SENSORS[kind]
-    told = tell(read_commands(commands, time_unit=time_unit, topic=topic))
-    table = tell(read_landmarks(observations, measured, time_unit=time_unit))
+    (measured, sensor), clocks = SENSORS[kind], Clocks(time_unit, commands, observations)
+    told = tell(clocks.read(read_commands, commands, topic=topic))
+    table = tell(clocks.read(read_landmarks, observations, measured))
+    clocks.check((commands, told.times), (observations, table.times))
     ids, values = table.landmarks, table.values  # -1: nobody knows which
     merged = merge(told.times, told.velocities, table.times, delay=DELAY)
     motions = map(planar.Odometry, *planar.compound(merged.held, WHEELS))

@@ -14,7 +14,8 @@ from robot_perception.people.aggregation import AggregationRules, SensorRules
 from robot_perception.people.detections import Detections, polar
 from robot_perception.people.trajectories import StaticRules
 from robot_perception.people.walking import WalkRules, Walks, watch_walks
-from robot_perception.scripts import Kinds, Recording, Results, installed, script, tell
+from robot_perception.scripts import Clocks, Kinds, Recording, Results, installed, script, tell
+from robot_perception.streams import ticks
 
 with installed():
     import click
@@ -49,9 +50,9 @@ RATE, SIDE, REACH, TRAIL = 10.0, 480, 8.0, 5.0  # of the film: pictures in a sec
 Reading = tuple[Detections, np.ndarray]  # and the points (n, 2) of a scan, m
 
 
-def from_table(file: Path, time_unit: str) -> list[Reading]:
+def from_table(file: Path, clocks: Clocks) -> list[Reading]:
     """Readings of any sensors in the order of their times."""
-    table = tell(datasets.read_detections(file, SENSORS, time_unit=time_unit))
+    table = tell(clocks.read(datasets.read_detections, file, SENSORS))
     times, names, found = table.times, table.sensors, []
     for time, name in sorted({*zip(times.tolist(), names.tolist(), strict=True)}):
         r, phi, *sigmas = table.values[(times == time) & (names == name) & table.seen].T
@@ -59,29 +60,31 @@ def from_table(file: Path, time_unit: str) -> list[Reading]:
     return found
 
 
-def from_laser(file: Path, topic, field, unit: str, alone: bool) -> tuple[list, np.ndarray]:
-    """Scans at the height of legs, and poses: of their log, or of the scans if they are alone."""
-    archive, bag = file.suffix == ".npz", datasets.is_bag(file)
-    if bag:
-        log = tell(datasets.read_bag_log(file, topic, still=True))
-    elif archive:
-        log = tell(datasets.read_leg_scans(file, time_unit=unit))
+def from_laser(file: Path, topic, field, clocks: Clocks, way: datasets.Track | None) -> tuple:
+    """Scans at the height of legs, and poses if their log knows them, or they do if all alone."""
+    if datasets.is_bag(file):
+        log = tell(datasets.read_bag_log(file, topic, still=True, way=way))
+    elif file.suffix == ".npz":
+        log = tell(clocks.read(datasets.read_leg_scans, file))
     else:
-        log = tell(datasets.read_carmen_log(file, field_of_view=field, time_unit=unit))
+        log = tell(clocks.read(datasets.read_carmen_log, file, field_of_view=field))
     found, ahead = [], np.stack([np.cos(log.angles), np.sin(log.angles)], axis=-1)
     for time, ranges in zip(log.times.tolist(), tqdm(log.ranges, "scans"), strict=True):
         there, seen = np.isfinite(ranges), legs.detect(ranges, log.angles, LEGS)
         found.append((Detections(time, "laser", seen), ranges[there, None] * ahead[there]))
-    poses = np.zeros((len(found), 3)) if archive else log.poses
-    return found, moved(found, log.ranges) if alone and not poses.any() else poses
+    poses = getattr(log, "poses", None)
+    if way is None and (poses is None or not poses.any()):
+        by_scans = moved(found, log.ranges)
+        poses = poses if by_scans is None else by_scans
+    return found, poses
 
 
-def moved(readings: list[Reading], ranges: np.ndarray) -> np.ndarray:
+def moved(readings: list[Reading], ranges: np.ndarray) -> np.ndarray | None:
     """The poses of a scanner of which nobody tells them: by its scans, unless it stands still."""
     with np.errstate(invalid="ignore"):  # where nothing came back twice
         steps = np.abs(np.diff(ranges, axis=0))
     if not (steps := steps[np.isfinite(steps)]).size or np.median(steps) < STILL:
-        return np.zeros((len(readings), 3))
+        return None
     scans = (scan for _, scan in tqdm(readings, "motion"))
     poses = np.array(list(follow_scans(scans)))
     way = np.hypot(*np.diff(poses[:, :2], axis=0).T).sum()
@@ -107,7 +110,7 @@ def film(shown: list[tuple], times: np.ndarray) -> Iterator[np.ndarray]:
     def pixels(points: np.ndarray) -> np.ndarray:
         return (SIDE / 2 * (1 + (points - middle) * [1, -1] / REACH)).round().astype(np.int32)
 
-    for time in np.arange(times[0], times[-1] + 1 / RATE, 1 / RATE):
+    for time in ticks(times, rate=RATE, longest_gap=TRAIL):  # none in a pause
         picture = np.full((SIDE, SIDE, 3), 255, np.uint8)
         now = int(np.searchsorted(times, time, side="right"))
         for pose, scan, seen, *_ in shown[min(before, now - 1) : now]:
@@ -134,16 +137,21 @@ def film(shown: list[tuple], times: np.ndarray) -> Iterator[np.ndarray]:
 @click.argument("way", metavar="[POSES]", type=Recording(WAY), required=False)
 def main(kind, file, out, way, field, topic, time_unit, force):
     """People round a robot, by detections of any sensors or by the legs in laser scans."""
+    files = [file, way] if way else [file]
+    clocks, topics = Clocks(time_unit, *files), datasets.share_topics(topic, *files)
+    track = tell(clocks.read(datasets.read_track, way, topic=topics[1])) if way else None
     if kind == "legs":
-        readings, poses = from_laser(file, topic, field, time_unit, way is None)
+        readings, poses = from_laser(file, topics[0], field, clocks, track)
     else:
-        readings, poses = from_table(file, time_unit), None
+        readings, poses = from_table(file, clocks), None
     times = np.array([seen.time for seen, _ in readings])
-    poses, covered = np.zeros((len(times), 3)) if poses is None else poses, times == times
-    if way:
-        poses, covered = tell(datasets.read_track(way, time_unit=time_unit, topic=topic)).at(
-            times, longest_gap=GAP
-        )
+    covered = np.ones(len(times), dtype=bool)
+    if way and not datasets.is_bag(file):
+        clocks.check((file, times), (way, track.times))
+        poses, covered = track.at(times, longest_gap=GAP)
+    elif poses is None:
+        print("no POSES: the robot is taken to stand still")
+        poses = np.zeros((len(times), 3))
     if not covered.any():
         raise ValueError(f"{way}: no pose at the time of a reading")
     tracker, shown = PeopleTracker(PEOPLE, STATIC), []

@@ -3,7 +3,7 @@
 import numpy as np
 
 from robot_perception import datasets
-from robot_perception.scripts import Kinds, Recording, Results, installed, script, tell
+from robot_perception.scripts import Clocks, Kinds, Recording, Results, installed, script, tell
 from robot_perception.walls import Extraction, Gate, RangeNoise, ScanReport, WallMapper
 
 with installed():
@@ -39,8 +39,8 @@ def main(kind, files, out, field, topic, time_unit, force):
         raise ValueError("array takes RANGES and POSES, the others one LOG; then comes OUT")
     if kind == "array":
         ranges = datasets.read_ranges(files[0], max_range=MAX_RANGE)
-        angles = np.linspace(*(field or ARRAY), ranges.shape[1])
-        poses = tell(datasets.read_track(files[1], time_unit=time_unit, topic=topic)).poses
+        angles, clock = np.linspace(*(field or ARRAY), ranges.shape[1]), Clocks(time_unit, files[1])
+        poses = tell(clock.read(datasets.read_track, files[1], topic=topic)).poses
     else:
         if kind == "bag":
             log = tell(datasets.read_bag_log(files[0], topic))

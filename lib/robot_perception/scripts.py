@@ -5,10 +5,12 @@ import math
 import os
 import re
 import sys
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from inspect import signature
+from itertools import pairwise, product
 from pathlib import Path
+from statistics import median
 from typing import Any, final
 
 import robot_perception
@@ -52,11 +54,12 @@ with installed():
 Main = Callable[..., None]
 WORDS = {
     r"\b\w+(=.*?)?, in a script:? ": "",
-    r"\b\w+=\S+ \(in a script: ([^)]*)\)": r"\1",
+    r" \(time_unit='\w+'\)": "",  # `Clocks` says how to give it
+    r"\bcalibration=…, in stereo_slam\.py CALIBRATION\b": "CALIBRATION in the script gives it",
+    r"\b\w+=…, in \w+\.py ": "",
     r"\ballow_gaps=True\b": "GAPS = True in the script",
     r"\bpattern=… tells which are meant": "leave only those that are meant in the folder",
-    r"\bgive one$": "FIELD in the script gives one",
-    r"\bfield_of_view\b": "FIELD",
+    r"\bfield_of_view\b": "--field",
     r"\bmax_range\b": "MAX_RANGE",
     r"\blongest_gap\b": "GAP",
     r"\btimed=False\b": "walls.py",
@@ -69,7 +72,10 @@ WORDS = {
 }
 """What sentences of the library name, and how a script has it: an option, a constant, a script."""
 FILM = "A film, a folder of pictures with numbers in their names, or a ROS bag."
-TIME_UNITS = ("s", "ms", "us", "ns")  # as `datasets.limits` has them
+TIME_UNITS = ("s", "ms", "us", "ns")  # as `datasets.limits` has them: of each a thousandth
+USUAL_STEP = 0.1  # s between two times of a recording
+HARDLY = 0.01  # of the longer recording: with so little in common, units are looked at
+SINCE_1970 = 9e8  # s: a clock that tells more counts from there
 READ_IN_FOLDERS = {
     ".bmp",
     ".gif",
@@ -248,6 +254,145 @@ class Field(click.ParamType):
         return math.radians(first), math.radians(last)
 
 
+@final
+class Clocks:
+    """The clocks of a script's recordings, each with its unit of time.
+
+    Parameters
+    ----------
+    given
+        Values of ``--time-unit``: none, one for all recordings, or one for each in their order.
+    paths
+        The recordings that have times.
+
+    Raises
+    ------
+    ValueError
+        If there are more units than recordings.
+    """
+
+    def __init__(self, given: Sequence[str], *paths: Path) -> None:
+        told = for_each("--time-unit", given, len(paths))
+        self.units = dict(zip(paths, told, strict=True))
+        self._is_of_each = len(given) > 1
+        self._again: dict[Path, Callable[[str], Any]] = {}
+
+    def read(self, reader: Callable[..., Any], path: Path, *more: Any, **how: Any) -> Any:
+        """Return what a reader reads, in the unit that is given, or else that its numbers tell.
+
+        Parameters
+        ----------
+        reader
+            It takes ``time_unit``; its errors have a ``unit`` where the numbers tell another one.
+        path
+            One of the recordings.
+        more, how
+            What else the reader takes.
+        """
+        self._again[path] = lambda unit: reader(path, *more, time_unit=unit, **how)
+        unit = self.units[path]
+        try:
+            found = self._again[path](unit or TIME_UNITS[0])
+        except ValueError as error:
+            told = getattr(error, "unit", None)
+            if not told:
+                raise
+            self.units[path] = told
+            if unit:
+                raise ValueError(f"{error}; {_call(self.units.values())}") from error
+            found = self._again[path](told)
+            print(f"{path}: its times are read in {told}, as their size tells")
+        return found
+
+    def check(self, *timed: tuple[Path, Sequence[float]]) -> None:
+        """Raise ``ValueError`` unless two recordings have times in common.
+
+        Where they hardly have, and would have most in units in which their steps are more usual, it
+        raises as well, unless each has been given its own unit.
+
+        Parameters
+        ----------
+        timed
+            Both, each with its times in s.
+        """
+        times = [times for _, times in timed]
+        common = _in_common(*times)
+        if common > HARDLY or (common >= 0 and self._is_of_each):
+            return
+        advice = self._advice(timed, sum(map(_oddity, times)) if common >= 0 else math.inf)
+        if common >= 0 and not advice:
+            return
+        if not advice and len({max(of) > SINCE_1970 for of in times}) > 1:
+            advice = "; one clock counts from 1970, the other does not"
+        spans = (f"{path} {_span(of)}" for path, of in timed)
+        few = "hardly a time" if common >= 0 else "no time"
+        raise ValueError(f"{few} in common: {' and '.join(spans)}{advice}")
+
+    def _advice(self, timed: Sequence[tuple[Path, Sequence[float]]], oddity: float) -> str:
+        """Return which units would give two recordings times in common, in less odd steps."""
+        choices = [self._possible(path) or [("", times)] for path, times in timed]
+        found = [
+            (sum(_oddity(times) for _, times in both), [unit for unit, _ in both if unit])
+            for both in product(*choices)
+            if _in_common(*(times for _, times in both)) > HARDLY
+        ]
+        least, units = min(found, default=(math.inf, []))
+        return f"; {_call(units)}" if least < oddity else ""
+
+    def _possible(self, path: Path) -> list[tuple[str, Sequence[float]]]:
+        """Return the units in which a recording can be read, each with its times, s."""
+        possible = []
+        for unit in TIME_UNITS if path in self._again else ():
+            with suppress(ValueError):
+                possible.append((unit, self._again[path](unit).times))
+        return possible
+
+
+def _call(units: Iterable[str | None]) -> str:
+    """Return what to call a script with for units of its recordings."""
+    return f"{' '.join(f'--time-unit {unit or TIME_UNITS[0]}' for unit in units)} would help"
+
+
+def _span(times: Sequence[float]) -> str:
+    """Return from when to when times reach, in words."""
+    first, last = min(times), max(times)
+    return f"at {first:.3f} s" if first == last else f"from {first:.3f} to {last:.3f} s"
+
+
+def _in_common(first: Sequence[float], second: Sequence[float]) -> float:
+    """Return the share of the longer one of two recordings in which there is the other, too.
+
+    Below 0 where they do not overlap.
+    """
+    ends = [(min(times), max(times)) for times in (first, second)]
+    begin, end = max(low for low, _ in ends), min(high for _, high in ends)
+    longest = max(high - low for low, high in ends)
+    if begin > end:
+        return -1.0
+    return (end - begin) / longest if longest else 1.0
+
+
+def _oddity(times: Sequence[float]) -> float:
+    """Return how far from usual the steps between times are, as a power of ten."""
+    places = sorted({*times})
+    steps = [b - a for a, b in pairwise(places)]
+    return abs(math.log10(median(steps) / USUAL_STEP)) if steps else 0.0
+
+
+def for_each(option: str, given: Sequence[str], count: int) -> list[str | None]:
+    """Return what an option says of each of some files: nothing, one for all, or one for each.
+
+    Raises
+    ------
+    ValueError
+        If it was given another number of times.
+    """
+    if len(given) not in (0, 1, count):
+        times = "once" if count == 1 else f"once, or {count} times in the order of the files"
+        raise ValueError(f"{option} may be given {times}, got {' '.join(given)}")
+    return [*given] if len(given) == count else [given[0] if given else None] * count
+
+
 class Script(click.Command):
     """A command that refuses to write over what it reads, and ends in one line on bad input."""
 
@@ -376,8 +521,8 @@ def script(main: Main) -> Script:
     """Make a script of a function whose parameters are arguments and options of `click`.
 
     Its docstring is the help. It gets ``--force``, which reaches it as ``force``, if it has an
-    argument of type `Results`, ``--topic``, once or more, if it takes ``topic``, ``--time-unit`` if
-    it takes ``time_unit``, and ``--field`` if it takes ``field``.
+    argument of type `Results`, ``--topic`` if it takes ``topic``, and ``--time-unit`` if it takes
+    ``time_unit``, both once or more, and ``--field`` if it takes ``field``.
     """
     if any(isinstance(one.type, Results) for one in getattr(main, "__click_params__", ())):
         told = "Write over files that are there."
@@ -386,9 +531,10 @@ def script(main: Main) -> Script:
         told = "Of a ROS bag in which several would do; may be given more than once."
         main = click.option("--topic", multiple=True, metavar="NAME", help=told)(main)
     if "time_unit" in signature(main).parameters:
-        told = "What the recordings count time in; a bag tells it itself."
+        told = "What the recordings count time in, once or for each in their order; else it is told"
+        told += " by the numbers, or by a bag."
         units = click.Choice(TIME_UNITS)
-        main = click.option("--time-unit", type=units, default="s", help=told)(main)
+        main = click.option("--time-unit", type=units, multiple=True, help=told)(main)
     if "field" in signature(main).parameters:
         told = "Directions of the first and last beam, degrees, where a log of a laser tells none."
         main = click.option("--field", type=Field(), metavar="FIRST,LAST", help=told)(main)

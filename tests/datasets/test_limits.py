@@ -14,6 +14,7 @@ from scipy.io import savemat
 
 from robot_perception import datasets
 from robot_perception.datasets import CorruptLog, limits
+from robot_perception.datasets.logs import OtherUnit
 from tests.datasets import test_leg_scans, test_mrclam, test_text
 from tests.datasets.writing import flaser, robotlaser, vertex, write
 
@@ -169,11 +170,12 @@ def test_times_are_read_in_their_unit_and_refused_in_another(reader, unit, since
     found = reader.times(reader.read(path, time_unit=unit))
     np.testing.assert_allclose(found, since + STEPS, rtol=0, atol=1e-6)
     if unit != "s":
-        hint = rf"time_unit='{unit}' \(in a script: --time-unit {unit}\)"
+        hint = rf"\(time_unit='{unit}'\)"
         with pytest.raises(
-            CorruptLog, match=rf"these times look like {limits.NAMES[unit]}: {hint}"
-        ):
+            OtherUnit, match=rf"these times look like {limits.NAMES[unit]} {hint}"
+        ) as error:
             reader.read(path, time_unit="s")
+        assert error.value.unit == unit
     with pytest.raises(ValueError, match="time_unit must be one of 's', 'ms', 'us', 'ns', got 'h'"):
         reader.read(path, time_unit="h")
 

@@ -4,7 +4,7 @@
 stop at the first that cannot be read. What is written appears whole or not at all.
 """
 
-from robot_perception.datasets.bag_motion import BagMotion, read_bag_motion
+from robot_perception.datasets.bag_motion import BagMotion, read_bag_commands, read_bag_motion
 from robot_perception.datasets.bag_pictures import (
     BagPictures,
     BagStereo,
@@ -12,7 +12,7 @@ from robot_perception.datasets.bag_pictures import (
     read_bag_stereo,
 )
 from robot_perception.datasets.bag_scans import BagScans, read_bag_log, read_bag_scans
-from robot_perception.datasets.bags import bag_topics, is_bag
+from robot_perception.datasets.bags import bag_topics, is_bag, share_topics
 from robot_perception.datasets.boxes import Boxes, read_boxes
 from robot_perception.datasets.calibrations import Calibration, read_calibration
 from robot_perception.datasets.carmen import read_carmen_log
@@ -139,6 +139,7 @@ __all__ = [
     "is_bag",
     "path",
     "picture_files",
+    "read_bag_commands",
     "read_bag_film",
     "read_bag_log",
     "read_bag_motion",
@@ -171,6 +172,7 @@ __all__ = [
     "read_vehicle",
     "read_video",
     "registry",
+    "share_topics",
     "status",
     "track_format",
     "write_columns",

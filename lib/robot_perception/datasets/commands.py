@@ -45,13 +45,13 @@ class Commands:
 
 
 def read_commands(path: str | Path, *, time_unit: str = "s", topic: Topics = None) -> Commands:
-    """Read the velocities of a robot from CSV, plain or gzip, or from the odometry of a ROS bag.
+    """Read the velocities of a robot from CSV, plain or gzip, or from a ROS bag.
 
     Parameters
     ----------
     path
-        CSV with the columns ``time_s, speed_m_s, turn_rate_rad_s``, or a bag, as `read_bag_motion`
-        reads it.
+        CSV with the columns ``time_s, speed_m_s, turn_rate_rad_s``, or a bag, as
+        `read_bag_commands` reads it.
     time_unit
         What a table counts time in: ``"s"``, ``"ms"``, ``"us"`` or ``"ns"``. Bags tell.
     topic
@@ -67,9 +67,9 @@ def read_commands(path: str | Path, *, time_unit: str = "s", topic: Topics = Non
     """
     topic = check_topic(topic)
     if is_bag(path):
-        from robot_perception.datasets.bag_motion import read_bag_motion  # which makes commands
+        from robot_perception.datasets.bag_motion import read_bag_commands  # which makes commands
 
-        return read_bag_motion(path, topic).commands()
+        return read_bag_commands(path, topic)
     rows = read_rows(path, LARGEST, time_unit=time_unit)
     rows.check_order("time_s", "times")
     times, *velocities = rows.columns.values()

@@ -49,16 +49,15 @@ def time_fault(times: Float[np.ndarray, "*k"], time_unit: str) -> str:
     if not fault:
         return ""
     unit = likely_unit(times)
-    if unit is None:
+    if not unit:
         return f"{fault}, which no recording does"
-    hint = f"time_unit={unit!r} (in a script: --time-unit {unit})"
-    return f"{fault}; these times look like {NAMES[unit]}: {hint}"
+    return f"{fault}; these times look like {NAMES[unit]} (time_unit={unit!r})"
 
 
-def likely_unit(times: Float[np.ndarray, "*k"]) -> str | None:
+def likely_unit(times: Float[np.ndarray, "*k"]) -> str:
     """Return the unit in which numbers would most likely be times; nothing if in none."""
     units = [unit for unit in UNITS if not _fault(times / UNITS[unit])]
-    return min(units, key=lambda unit: _strangeness(times / UNITS[unit]), default=None)
+    return min(units, key=lambda unit: _strangeness(times / UNITS[unit]), default="")
 
 
 def in_order(name: str, times: Float[np.ndarray, " k"]) -> Float[np.ndarray, " k"]:

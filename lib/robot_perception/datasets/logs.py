@@ -63,6 +63,22 @@ class CorruptLog(DamagedFile):
     """A recording that cannot be read; the message names the file and the line."""
 
 
+class OtherUnit(CorruptLog):
+    """A recording whose times are in another unit than was said.
+
+    Parameters
+    ----------
+    message
+        What is wrong.
+    unit
+        The one that its numbers tell, such as ``"ms"``; empty if they tell none.
+    """
+
+    def __init__(self, message: str, unit: str) -> None:
+        super().__init__(message)
+        self.unit = unit
+
+
 @final
 @dataclass(frozen=True, slots=True)
 class ReadReport:
@@ -431,7 +447,7 @@ def in_seconds(
 ) -> Float[np.ndarray, "*k"]:
     """Return times in s, or raise `CorruptLog` if they cannot be those of a recording."""
     if fault := limits.time_fault(times, time_unit):
-        raise CorruptLog(f"{path}: {fault}")
+        raise OtherUnit(f"{path}: {fault}", limits.likely_unit(times))
     return times / limits.UNITS[time_unit]
 
 
@@ -505,8 +521,8 @@ def make_laser_log(
     if timed:
         try:
             in_seconds(lines.path, times, time_unit)
-        except CorruptLog as error:
-            raise CorruptLog(f"{error} ({UNTIMED})") from None
+        except OtherUnit as error:
+            raise OtherUnit(f"{error} ({UNTIMED})", error.unit) from None
         if len(times) > 1 and not np.ptp(times):
             raise CorruptLog(f"{lines.path}: its {len(times)} times are all the same ({UNTIMED})")
     limit = no_return_threshold(ranges) if max_range is None else float(max_range)

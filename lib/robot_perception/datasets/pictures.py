@@ -104,7 +104,9 @@ def read_image(path: str | Path, *, colour: bool = False) -> UInt8[np.ndarray, "
     return decode(path, path.read_bytes(), colour=colour)
 
 
-def decode(path: Path | str, content: bytes, *, colour: bool) -> UInt8[np.ndarray, "..."]:
+def decode(
+    path: Path | str, content: bytes, *, colour: bool, may_be_depths: bool = True
+) -> UInt8[np.ndarray, "..."]:
     """Return the picture that the bytes of a file hold, as strictly as `read_image`.
 
     Parameters
@@ -115,6 +117,8 @@ def decode(path: Path | str, content: bytes, *, colour: bool) -> UInt8[np.ndarra
         The bytes.
     colour
         Whether to keep its colours.
+    may_be_depths
+        Whether sixteen bits may be depths, which a file does not tell, but what holds it may.
 
     Raises
     ------
@@ -133,7 +137,7 @@ def decode(path: Path | str, content: bytes, *, colour: bool) -> UInt8[np.ndarra
         with _opened(path, content) as picture:
             _check(path, picture)
             picture.verify()  # checksums, of formats that have them; then it must be opened anew
-        found = _decoded(path, content, colour)
+        found = _decoded(path, content, colour, may_be_depths)
         if _lacks_rows(path, content, found, colour):
             raise CorruptImage(f"{path}: a damaged picture: rows are missing")
     return found
@@ -168,7 +172,9 @@ def _check(path: Path | str, picture) -> None:
         )
 
 
-def _decoded(path: Path | str, content: bytes, colour: bool) -> np.ndarray:
+def _decoded(
+    path: Path | str, content: bytes, colour: bool, may_be_depths: bool = True
+) -> np.ndarray:
     """Return the pixels of a picture, upright."""
     from PIL import ImageOps
 
@@ -176,16 +182,16 @@ def _decoded(path: Path | str, content: bytes, colour: bool) -> np.ndarray:
         picture = ImageOps.exif_transpose(stored)
     if picture.mode not in DEEP:
         return np.array(picture.convert("RGB" if colour else "L"))
-    grey = upper_bits(path, np.asarray(picture))
+    grey = _upper_bits(path, np.asarray(picture), may_be_depths)
     return np.repeat(grey[..., None], 3, axis=2) if colour else grey
 
 
-def upper_bits(path: Path | str, deep: np.ndarray) -> np.ndarray:
+def _upper_bits(path: Path | str, deep: np.ndarray, may_be_depths: bool) -> np.ndarray:
     """Return the upper eight of sixteen bits, unless they are depths."""
     if deep.min() < 0 or deep.max() >= 2**16:
         raise CorruptImage(f"{path}: a picture of more than sixteen bits")
     there = deep[deep > 0]
-    holes = 0 < there.size < deep.size and 255 < there.min() < there.max()
+    holes = may_be_depths and 0 < there.size < deep.size and 255 < there.min() < there.max()
     if holes and (there % 256).any() and (there % 257).any():  # not eight bits made longer
         raise CorruptImage(
             f"{path}: a picture of depths ({there.size} of {deep.size} px are measured,"

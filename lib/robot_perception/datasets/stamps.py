@@ -146,6 +146,6 @@ def _unit(path: Path, ticks: list[int] | list[float]) -> str:
     step = np.median(np.diff(times)) if len(times) > 1 else 0.0
     fault = limits.time_fault(times, "s")
     unit = "s" if step <= LONG and not fault else limits.likely_unit(times)
-    if unit is None:
+    if not unit:
         raise CorruptLog(f"{path}: {fault}")
     return unit

@@ -12,7 +12,7 @@ from jaxtyping import Float, UInt8
 from robot_perception import checks
 from robot_perception.checks import instance
 from robot_perception.datasets.bags import Topics, check_topic, is_bag
-from robot_perception.datasets.containers import missing_bytes
+from robot_perception.datasets.containers import counts_pictures, missing_bytes
 from robot_perception.datasets.images import (
     ENDINGS,
     ImageSequence,
@@ -51,8 +51,8 @@ class Film(Iterator[UInt8[np.ndarray, "height width 3"]]):
     rate
         Pictures in a second; none if nothing tells.
     promised
-        How many pictures the header of the film speaks of, which may be more or fewer than it
-        holds; none if it does not say. Of a folder, how many there are.
+        How many pictures the film says that it holds, which may be more than there are; none if it
+        does not count them. Of a folder, how many there are.
     pictures
         Their numbers, their times (s, or none) and themselves, as they are read.
     remarks
@@ -193,8 +193,8 @@ def read_video(path: str | Path) -> Film:
 
     It is turned as a telephone says that it was held. `Film.rate` is that of the header, unless the
     times of the first pictures contradict it. A film that was cut is refused where the file tells
-    that: AVI, MP4, Matroska, WebM, ASF and MJPEG. Of other formats, and where a recorder dropped
-    pictures, `Film.missing` has how many fewer there are than the header promises. While it is
+    that: AVI, MP4, Matroska, WebM, ASF, FLV and MJPEG. Where the film counts its pictures (AVI,
+    MP4, MXF), `Film.missing` has how many fewer there are, as a recorder dropped some. While it is
     read, a picture that cannot be decoded is an error if others follow it; some decoders hide it.
 
     Parameters
@@ -238,7 +238,7 @@ def read_video(path: str | Path) -> Film:
         path,
         shape,
         rate,
-        int(promised) if 0 < promised < MOST else None,
+        int(promised) if 0 < promised < MOST and counts_pictures(path) else None,
         _frames(path, rate),
         _shape_of_pixels(film),
     )

@@ -140,10 +140,16 @@ CALLS = {
     datasets.bag_topics: lambda: call(BAG),
     datasets.is_bag: lambda: call(BAG),
     datasets.read_bag_film: lambda: call(BAG, "/left/image_rect"),
-    datasets.read_bag_log: lambda: call(BAG, ("/odom", "/scan"), still=True),
+    datasets.read_bag_commands: lambda: call(BAG, "/odom"),
+    datasets.read_bag_log: lambda: call(
+        BAG, ("/odom", "/scan"), still=True, way=datasets.read_track(BAG)
+    ),
     datasets.read_bag_motion: lambda: call(BAG, "/odom"),
     datasets.read_bag_scans: lambda: call(BAG, "/scan"),
-    datasets.read_bag_stereo: lambda: call(BAG, None, tolerance=0.1),
+    datasets.read_bag_stereo: lambda: call(
+        BAG, None, tolerance=0.1, baseline=0.1, calibration=CALIBRATION
+    ),
+    datasets.share_topics: lambda: call(("/odom", "/scan"), BAG, BAG),
     datasets.dataset: lambda: call("mine"),
     datasets.fetch: lambda: call("mine", "a.txt", progress=False, timeout=1.0),
     datasets.find: lambda: call("mine", "a.txt"),
