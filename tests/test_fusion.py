@@ -8,6 +8,7 @@ from scipy.optimize import minimize_scalar
 
 from robot_perception import fusion
 from robot_perception.beliefs import Gaussian
+from robot_perception.geometry import wrap_angle
 from tests.unchecked import unchecked
 
 CRITERIA = [
@@ -91,6 +92,24 @@ def test_the_ends_are_the_two_beliefs_even_if_one_is_sure():
     found = fusion.covariance_intersection(sure, Gaussian(np.ones(2), np.eye(2)), 0.5)
     np.testing.assert_allclose(found.cov, np.diag([0.0, 1.0]), atol=1e-15)
     np.testing.assert_allclose(found.mean, [0.0, 0.5], atol=1e-15)
+
+
+@pytest.mark.parametrize("omega", [0.0, 1.0])
+@pytest.mark.parametrize("regular", [(True, False), (False, True), (False, False), (True, True)])
+def test_all_weight_on_one_belief_is_that_belief_whatever_the_other(regular, omega):
+    """Singular or not, alone and in a batch with others that are regular."""
+    rng, turned = np.random.default_rng(4), np.linalg.qr(np.ones((3, 3)) + np.eye(3))[0]
+    covs = [turned @ np.diag([1.0, 4.0, 2.0 * good]) @ turned.T for good in regular]
+    beliefs = [Gaussian(rng.normal(size=3), (cov + cov.T) / 2) for cov in covs]
+    one = fusion.covariance_intersection(*beliefs, omega, angles=(2,))
+    expected = beliefs[int(omega)]
+    wrapped = [*expected.mean[:2], wrap_angle(expected.mean[2])]
+    np.testing.assert_allclose(one.mean, wrapped, atol=1e-12)
+    np.testing.assert_allclose(one.cov, expected.cov, atol=1e-12)
+    if any(regular):
+        many = fusion.covariance_intersection(*beliefs, np.array([omega, 0.5]), angles=(2,))
+        np.testing.assert_array_equal(many.mean[0], one.mean)
+        np.testing.assert_array_equal(many.cov[0], one.cov)
 
 
 @given(seeds, st.integers(1, 4))
@@ -370,7 +389,7 @@ BAD = [
     (lambda: fusion.covariance_intersection(MANY, ONE, np.full(3, 0.5)), "omega"),
     (lambda: fusion.covariance_intersection(ONE, ONE, 0.5, angles=(2,)), "angles must be indices"),
     (lambda: fusion.covariance_intersection(SURE, SURE, 0.5), "a and b must have a regular sum"),
-    (lambda: fusion.covariance_intersection(SURE, ONE, 1.0), "regular sum"),
+    (lambda: fusion.covariance_intersection(SURE, SURE, 1e-300), "regular sum"),
     (lambda: fusion.intersection_by_inverses(SURE, ONE, 0.5), "covariance of a"),
     (lambda: fusion.kalman_fusion(SURE, SURE), "sum of the covariances"),
     (lambda: fusion.inverse_covariance_intersection(ONE, SURE, 0.5), "covariance of b"),

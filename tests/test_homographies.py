@@ -25,6 +25,39 @@ def test_homographies_are_opencvs_and_compose(seed):
     np.testing.assert_allclose(homographies.apply(G, image), both[1], rtol=1e-7, atol=1e-9)
 
 
+@pytest.mark.parametrize("unit", [1.0, 1e3, 1e-3, 1e6])
+@pytest.mark.parametrize("shift", [(0.0, 0.0), (458_074.6, 5_429_380.2)])
+def test_units_and_origins_of_a_map_make_no_homography_singular(unit, shift):
+    """Millimetres in UTM: the points of the other picture are those of the local frame."""
+    H = np.array([[0.9, 0.1, 3], [-0.1, 1.1, 5], [1e-4, 2e-4, 1]])
+    local = np.array([[1.0, 2], [30, -7], [0, 0]])
+    T_local_map = np.diag([1 / unit, 1 / unit, 1]) @ np.array(
+        [[1, 0, -unit * shift[0]], [0, 1, -unit * shift[1]], [0, 0, 1]]
+    )
+    found = homographies.apply(H @ T_local_map, unit * (local + shift))
+    np.testing.assert_allclose(found, homographies.apply(H, local), atol=1e-5)
+    inverse = np.linalg.inv(H @ T_local_map)
+    assert homographies.condition_number(inverse) < 1e9
+
+
+SINGULAR = {
+    "of one line": np.ones((3, 3)),
+    "of one line in other units": np.diag([1e9, 1, 1e-9]) @ np.ones((3, 3)) @ np.diag([1, 1e6, 1]),
+    "two rows alike": np.array([[1.0, 2, 3], [2, 4, 6], [0, 0, 1]]),
+    "a row of nothing": np.diag([1.0, 0, 1]),
+    "a column of nothing": np.array([[1.0, 2, 0], [3, 1, 0], [4, 1, 0]]),
+    "nothing": np.zeros((3, 3)),
+}
+
+
+@pytest.mark.parametrize("H", SINGULAR.values(), ids=SINGULAR)
+def test_a_singular_homography_is_singular_in_any_units(H):
+    assert homographies.condition_number(H) > 1e15
+    assert homographies.condition_number(np.stack([np.eye(3), H]))[0] == 1.0
+    with pytest.raises(ValueError, match="homography must not be singular, its condition is"):
+        homographies.apply(H, np.ones((1, 2)))
+
+
 HORIZON = np.array([[1.0, 0, 0], [0, 1, 0], [0.5, 0, -1]])
 
 

@@ -1,5 +1,7 @@
 """Merging by time stamp: nothing is lost, time adds up, and cuts do not change the motion."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -7,7 +9,7 @@ from hypothesis import strategies as st
 
 from robot_perception.geometry import between
 from robot_perception.slam.planar import Odometry, compound, dead_reckoning
-from robot_perception.streams import Held, hold, merge
+from robot_perception.streams import Held, hold, merge, ticks
 from tests.unchecked import unchecked
 
 SEEDS = st.integers(0, 2**31)
@@ -123,6 +125,29 @@ def test_ties():
     assert (merged.early, merged.late, merged.skipped) == (1, 1, 0)
 
 
+@given(SEEDS, st.sampled_from([1.0, 10.0, 25.0]), st.sampled_from([0.5, 5.0]))
+def test_moments_at_a_rate_lie_where_readings_are(seed, rate, gap):
+    """None is farther than the gap behind a reading, and where readings are none is missing."""
+    rng = np.random.default_rng(seed)
+    times = 1.7e9 + np.cumsum(rng.choice([0.0, 0.04, 0.3, 3.0, 8 * 3600.0], 30))
+    found = ticks(times, rate=rate, longest_gap=gap)
+    before = times[np.searchsorted(times, found, side="right") - 1]
+    assert (np.diff(found) > 0).all()
+    assert (found - before <= gap + 1e-6).all()
+    assert found[0] == times[0]
+    assert len(found) <= len(times) * (gap * rate + 1)
+    for time, after in pairwise(times):
+        if after - time <= gap:
+            near = np.append(found, np.inf)[np.searchsorted(found, time)]
+            assert near - time <= 1 / rate + 1e-6 or near > after
+
+
+def test_moments_without_a_pause_are_those_of_one_span():
+    times = np.linspace(0, 3, 31)
+    np.testing.assert_allclose(ticks(times, rate=10, longest_gap=1), times, atol=1e-9)
+    np.testing.assert_allclose(ticks(np.array([5.0]), rate=10, longest_gap=1), [5])
+
+
 T, C = np.array([0.0, 1.0]), np.zeros((2, 2))
 BAD = [
     (lambda: hold(T, C, np.array([0.5])), "two or more rising times"),
@@ -149,6 +174,11 @@ BAD = [
     (lambda: merge(T, C, T, delay=np.nan), "delay must be finite"),
     (lambda: merge(T, C, np.array([-1.0, 0, 3])), "0.000 and 1.000 s: of 3 2 are early, 1 late"),
     (lambda: merge(T, C, np.empty(0)), "of 0 0 are early, 0 late"),
+    (lambda: ticks(T[:0], rate=1.0, longest_gap=1.0), "times must hold a reading"),
+    (lambda: ticks(T[::-1], rate=1.0, longest_gap=1.0), "times must not fall"),
+    (lambda: ticks(T, rate=0.0, longest_gap=1.0), "rate must be positive"),
+    (lambda: ticks(T, rate=1.0, longest_gap=-1.0), "longest_gap must be positive"),
+    (lambda: ticks(T, rate=1e9, longest_gap=2.0), r"moments at most, got 1e\+09"),
 ]
 
 

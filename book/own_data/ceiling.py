@@ -6,19 +6,19 @@ from collections.abc import Iterator
 import numpy as np
 
 from robot_perception import checks, datasets
-from robot_perception.ceiling.correction import Correction
-from robot_perception.ceiling.mapping import Mapper, MapRules, MapState, retrace
-from robot_perception.ceiling.mosaic import Mosaic, paint, pieces
-from robot_perception.extras import needing
 from robot_perception.files import written
 from robot_perception.geometry import se3
-from robot_perception.scripts import Recording, Results, script, within
+from robot_perception.scripts import FILM, Recording, Results, installed, script, tell, within
 
-with needing():
+with installed():
     import click
     import cv2
     from PIL import Image
     from tqdm import tqdm
+
+    from robot_perception.ceiling.correction import Correction
+    from robot_perception.ceiling.mapping import Mapper, MapRules, MapState, retrace
+    from robot_perception.ceiling.mosaic import Mosaic, paint, pieces
 
 HEIGHT, FOCAL = None, None  # m below the ceiling, and px of the film; None: all is in px
 CENTRE = None  # where the optical axis meets the picture, px of the film; None: its middle
@@ -29,6 +29,12 @@ RATE = 30.0  # pictures in a second, where film or folder does not tell
 RULES = MapRules()
 SEED = 1
 WAY, PATTERN = (230, 30, 30), (0, 90, 200)  # colours
+RESULTS = {
+    ".png": "The mosaic, with the way and the patterns.",
+    ".tum": "The way in the piece that is drawn.",
+    "_pictures.csv": "Where each picture that is used was taken: frame,time_s,piece,x,y,heading.",
+    ".csv": "The patterns: pattern,piece,x,y,heading,pictures.",
+}
 
 
 def check() -> None:
@@ -100,8 +106,8 @@ def drawn(part: Mosaic, way: np.ndarray, used: Iterator[np.ndarray], unit: str) 
 
 
 @script
-@click.argument("film", type=Recording())
-@click.argument("out", type=Results(".tum", ".csv", "_pictures.csv", ".png"))
+@click.argument("film", type=Recording(FILM))
+@click.argument("out", type=Results(RESULTS))
 def main(film, out, topic, force):
     """A mosaic of a ceiling, and the way below it, from a film or a folder of pictures."""
     check()
@@ -119,7 +125,8 @@ def main(film, out, topic, force):
     columns |= {"pictures": [sum(name in one for one in seen.values()) for name in patterns]}
     datasets.write_columns(out[".csv"], columns, overwrite=force)
     lost = f"before the first pattern: {counts['empty']}, without a known one: {counts['blind']}"
-    print(f"pictures: {counts['all']}, skipped {lost}", *recorded.remarks, sep="\n")
+    print(f"pictures: {counts['all']}, skipped {lost}")
+    tell(recorded)
     again = f"found again: {counts['found']}, loops closed: {counts['closed']}"
     print(f"patterns: {len(patterns)}, {again}")
     if len(parts) > 1:

@@ -7,15 +7,15 @@ from pathlib import Path
 import numpy as np
 
 from robot_perception import checks, datasets
-from robot_perception.companion.faces.detection import FaceDetector
-from robot_perception.companion.faces.gallery import Gallery
-from robot_perception.extras import needing
-from robot_perception.scripts import Recording, Results, script, within
+from robot_perception.scripts import FILM, Recording, Results, installed, script, tell, within
 
-with needing():
+with installed():
     import click
     import cv2
     from tqdm import tqdm
+
+    from robot_perception.companion.faces.detection import FaceDetector
+    from robot_perception.companion.faces.gallery import Gallery
 
 RATE = 10.0  # pictures in a second, where film or folder does not tell
 DETECTOR = FaceDetector()
@@ -25,6 +25,11 @@ EVEN = True  # spread the grey values of a face, so that a dim picture is like a
 NOBODY = "?"  # the name of those who are not in the gallery
 KNOWN, UNKNOWN = (0, 220, 0), (230, 30, 30)  # colours
 COLUMNS = ("frame", "time_s", "x", "y", "w", "h", "name", "distance")
+GALLERY = "A folder with a folder for each person, named like the person, with pictures in it."
+RESULTS = {
+    ".csv": f"A line for each face: {','.join(COLUMNS)}.",
+    ".mp4": "The pictures with faces and names.",
+}
 
 
 def check() -> None:
@@ -56,7 +61,7 @@ def seen(film: datasets.Film, gallery: Gallery, rows: list) -> Iterator[np.ndarr
             left, top, wide, high = np.rint(box).astype(int).tolist()
             name, colour = found.name or NOBODY, KNOWN if found.name else UNKNOWN
             rows.append((k, left + 1, top + 1, wide, high, name, found.distance))
-            cv2.rectangle(drawn, (left, top), (left + wide, top + high), colour, 2)
+            cv2.rectangle(drawn, (left, top, wide, high), colour, 2)
             cv2.putText(drawn, labels.get(name, "?"), (left, max(top - 4, 10)), 0, 0.5, colour)
         yield drawn
 
@@ -68,9 +73,9 @@ def legend(gallery: Gallery) -> dict[str, str]:
 
 
 @script
-@click.argument("people", metavar="GALLERY", type=Recording())
-@click.argument("film", type=Recording())
-@click.argument("out", type=Results(".mp4", ".csv"))
+@click.argument("people", metavar="GALLERY", type=Recording(GALLERY))
+@click.argument("film", type=Recording(FILM))
+@click.argument("out", type=Results(RESULTS))
 def main(people, film, out, topic, force):
     """Who is where in a film, or in a folder of pictures."""
     check()
@@ -87,8 +92,7 @@ def main(people, film, out, topic, force):
     pictures = f"{len(gallery.known.names)} pictures with a face, {gallery.faceless} without"
     print(f"gallery: {len(gallery.known.people)} people, {pictures}, other files: {skipped}")
     print(f"pictures: {count}, faces: {len(rows)}")
-    for remark in recorded.remarks:
-        print(remark)
+    tell(recorded)
     often = Counter(told[-2])
     for number, name in enumerate(gallery.known.people, 1):
         print(f"{number} {name}: {often[name]}")

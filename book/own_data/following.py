@@ -1,5 +1,6 @@
 """A robot's tutor, his hands and his orders in a film: python following.py FILM OUT"""
 
+import json
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -7,40 +8,53 @@ from pathlib import Path
 import numpy as np
 
 from robot_perception import checks, datasets
-from robot_perception.chapters.tutor_following.training import PHOTOGRAPHED, stored
-from robot_perception.companion.faces.detection import FaceDetector
-from robot_perception.companion.faces.gallery import Gallery
-from robot_perception.companion.hands.cascade import HandDetector
-from robot_perception.companion.interaction import Interaction, paper_table
-from robot_perception.companion.robot import (
-    EVENTS,
-    CompanionRobot,
-    RobotInfo,
-    RobotRules,
-    RobotState,
+from robot_perception.files import reading
+from robot_perception.scripts import (
+    FILM,
+    Recording,
+    Results,
+    installed,
+    of_the_book,
+    script,
+    tell,
+    within,
 )
-from robot_perception.extras import needing
-from robot_perception.scripts import Recording, Results, script, within
 
-with needing():
+with installed():
     import click
     import cv2
     from tqdm import tqdm
+
+    from robot_perception.companion.faces.detection import FaceDetector
+    from robot_perception.companion.faces.gallery import Gallery
+    from robot_perception.companion.hands.cascade import Cascade, HandDetector
+    from robot_perception.companion.interaction import Interaction, paper_table
+    from robot_perception.companion.robot import (
+        EVENTS,
+        CompanionRobot,
+        RobotInfo,
+        RobotRules,
+        RobotState,
+    )
 
 PACE = 10.0  # pictures in a second that are used, if there are as many: events count pictures
 RATE = 10.0  # pictures in a second, where film or folder does not tell
 WIDE = 640  # px: to this width larger pictures are made smaller
 FACES = FaceDetector(scale=1.05, neighbours=2)
-# trained on photographs without hands as well; for one of your own rooms see the command
-# `robot-perception hands`, and `read` of the same module
-HANDS = HandDetector(stored(PHOTOGRAPHED).cascade)
+# trained on photographs without hands as well; or a file of `robot-perception hands --write`
+HANDS = of_the_book("open_hand_photographs.json")
 INTERACTION = Interaction(paper_table(), EVENTS)
 RULES = RobotRules()
 ACCEPTED = 0.9  # of new pictures of those in the gallery; more lets in more strangers, too
 SEED = 0
+GALLERY = "With a folder for each tutor, named like him, with pictures in it; as of faces.py."
 ANYBODY, NOBODY = "tutor", "?"  # whom a face is taken for without a gallery; nobody
 TUTOR, STRANGER, HAND = (0, 220, 0), (230, 30, 30), (255, 220, 0)  # colours
 COLUMNS = ("frame", "time_s", "state", "event", "name", "x", "y", "w", "h", "hands")
+RESULTS = {
+    ".csv": f"A line for each picture that is used: {','.join(COLUMNS)}.",
+    ".mp4": "These pictures with faces, hands, the tutor and the state.",
+}
 
 
 def check() -> None:
@@ -51,7 +65,7 @@ def check() -> None:
     checks.share("ACCEPTED", ACCEPTED)
     checks.whole("SEED", SEED, 0)
     checks.instance("FACES", FACES, FaceDetector)
-    checks.instance("HANDS", HANDS, HandDetector)
+    checks.instance("HANDS", HANDS, str, Path)
     checks.instance("INTERACTION", INTERACTION, Interaction)
     checks.instance("RULES", RULES, RobotRules)
     checks.instance("ANYBODY", ANYBODY, str)
@@ -61,12 +75,14 @@ def check() -> None:
 def robot(gallery: Path | None) -> CompanionRobot:
     """A robot that knows the people of a gallery, or takes everybody for its tutor."""
     parts = {"faces": FACES, "interaction": INTERACTION, "rules": RULES}
+    with reading(HANDS, "no detector of hands"):
+        hands = HandDetector(Cascade.from_plain(json.loads(Path(HANDS).read_text("utf-8"))))
     if gallery is None:
-        return CompanionRobot(lambda grey, box: ANYBODY, HANDS, **parts)
+        return CompanionRobot(lambda grey, box: ANYBODY, hands, **parts)
     files, _ = datasets.gallery_files(gallery)
     people = {name: map(datasets.read_image, paths) for name, paths in files.items()}
     known = Gallery.learn(people, FACES, accepted=ACCEPTED)
-    return CompanionRobot(lambda grey, box: known.recognise(grey, box).name, HANDS, **parts)
+    return CompanionRobot(lambda grey, box: known.recognise(grey, box).name, hands, **parts)
 
 
 def place(state: RobotState, info: RobotInfo) -> np.ndarray | None:
@@ -100,17 +116,15 @@ def drawn(image: np.ndarray, state: RobotState, info: RobotInfo, smaller: float)
     boxes += [(state.person.box, TUTOR)] if state.person is not None else []
     for box, colour in boxes:
         left, top, wide, high = np.rint(box / smaller).astype(int).tolist()
-        cv2.rectangle(image, (left, top), (left + wide, top + high), colour, 2)
+        cv2.rectangle(image, (left, top, wide, high), colour, 2)
     cv2.putText(image, state.name, (6, image.shape[0] - 8), 0, 0.6, TUTOR, 2)
     return image
 
 
 @script
-@click.argument("film", type=Recording())
-@click.argument("out", type=Results(".mp4", ".csv"))
-@click.option(
-    "--gallery", type=Recording(), help="Folders with pictures of tutors, as of faces.py."
-)
+@click.argument("film", type=Recording(FILM))
+@click.argument("out", type=Results(RESULTS))
+@click.option("--gallery", type=Recording(GALLERY), metavar="FOLDER", help=GALLERY)
 def main(film, out, gallery, topic, force):
     """A robot's tutor, his hands and his orders in a film, or in a folder of pictures."""
     check()
@@ -124,8 +138,7 @@ def main(film, out, gallery, topic, force):
     columns = dict(zip(COLUMNS, [*when, *told], strict=True))
     datasets.write_columns(out[".csv"], columns, overwrite=force)
     print(f"pictures: {recorded.count}, used: {len(rows)}")
-    for remark in recorded.remarks:
-        print(remark)
+    tell(recorded)
     often = Counter(columns["state"])
     print("states: " + ", ".join(f"{name}: {often[name]}" for name in INTERACTION.table.states))
 

@@ -1,13 +1,13 @@
 """What your sensors cannot tell you: python rank.py SENSOR [SENSOR …]"""
 
-from robot_perception.extras import needing
-from robot_perception.scripts import script
+from robot_perception.scripts import Kinds, installed, script
 from robot_perception.slam import observability
-from robot_perception.slam.observability import symbolic
 
-with needing():
+with installed():
     import click
     import sympy
+
+    from robot_perception.slam.observability import symbolic
 
 LANDMARKS = 2  # in the map
 
@@ -28,10 +28,18 @@ SENSORS = {
     "compass": observability.Heading(),
     "distances": Distances(),
 }
+KINDS = {
+    "landmarks": "Distance and direction of landmarks at unknown places.",
+    "anchor": "The same of a landmark at a known place.",
+    "anchor2": "And of a second one.",
+    "position": "Where the robot is.",
+    "compass": "Where it heads.",
+    "distances": "Distances of landmarks, without directions.",
+}
 
 
 @script
-@click.argument("names", type=click.Choice(list(SENSORS)), nargs=-1, required=True)
+@click.argument("names", metavar="SENSOR...", type=Kinds(KINDS), nargs=-1, required=True)
 def main(names):
     """What your sensors cannot tell you."""
     sensors = [SENSORS[name] for name in names]

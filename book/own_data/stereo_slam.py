@@ -2,25 +2,27 @@
 
 import numpy as np
 
-from robot_perception import datasets, landmarks
-from robot_perception.cameras import level_mount
-from robot_perception.extras import needing
+from robot_perception import datasets
 from robot_perception.files import reading, written
 from robot_perception.geometry import se2, se3
-from robot_perception.landmarks.metrics import euclidean_mean
 from robot_perception.observations import Observations
-from robot_perception.scripts import Recording, Results, script, tell
+from robot_perception.scripts import Clocks, Recording, Results, installed, script, tell
 from robot_perception.slam import localisation, planar, rao_blackwellised, visual
 from robot_perception.streams import hold
 
-with needing():
+with installed():
     import click
     import cv2
     from tqdm import tqdm
 
-LEFT, RIGHT = ("image_l", "*.png"), ("image_r", "*.png")  # folder, and which files of it
-CALIBRATION = "calib.txt"  # in FOLDER; or datasets.Calibration((fx, fy), (cx, cy), baseline)
-TICK = 0.1  # from one number of a picture to the next, s; 1e-9 where they are nanoseconds
+    from robot_perception import landmarks
+    from robot_perception.cameras import level_mount
+    from robot_perception.landmarks.metrics import euclidean_mean
+
+SIDES = None  # folders of left and right pictures, if they have no usual names
+CALIBRATION = None  # file, if of no usual name; or datasets.Calibration((fx, fy), (cx, cy), b)
+TICK = 0.1  # from one picture to the next, s, where neither names nor a file tell the times
+APART = 0.01  # between the two pictures of a pair in a BAG, s
 GAPS = False  # whether numbers may be missing
 MOUNT = level_mount(np.array([0.0, 0.0, 0.0]))  # where the left camera sits on the robot, m
 WHEELS = np.array([0.05, 0.05]) ** 2  # variance per second of distance, m²/s, and turn, rad²/s
@@ -33,22 +35,35 @@ FILTER = visual.Options(particles=100, stable=2, patience=0)  # three pairs in a
 FINDER = localisation.LocaliserRules(particles=5000, fresh=0.05)  # with --map; starts anywhere
 MAP = "means", "covs", "firsts", "descriptors", "squares", "counts"  # what a map's file holds
 RATE, HIGH = 10.0, 360  # of the film: pictures in a second, px
+ROOT = "A folder with pictures of a rectified pair and calib.txt, or a ROS bag with two cameras."
+SPEEDS = "CSV with columns time_s,speed_m_s,turn_rate_rad_s, or a ROS bag with odometry."
+MAPPED = "Localise in the map of another drive, its _map.npz; writes OUT.tum alone."
+RESULTS = {
+    ".tum": "The robot's trajectory; judge.py reads it.",
+    "_kitti.txt": "Poses of the left camera from its first one.",
+    ".ply": "The landmarks, for a viewer of point clouds.",
+    "_map.npz": "The map, for --map.",
+    ".mp4": "The pictures with their features, beside the map.",
+}
 
 
-def recorded(root, topic):
+def recorded(root, topic, baseline):
     """The pairs of pictures, the cameras and the times, from a folder or a bag."""
     if datasets.is_bag(root):
-        pairs = tell(datasets.read_bag_stereo(root, topic))
+        given = CALIBRATION if isinstance(CALIBRATION, datasets.Calibration) else None
+        how = {"baseline": baseline, "calibration": given}
+        pairs = tell(datasets.read_bag_stereo(root, topic, tolerance=APART, **how))
         return pairs, pairs.calibration.rig(pairs.size), pairs.times
-    told = CALIBRATION
-    told = datasets.read_calibration(root / told) if isinstance(told, str) else told
-    sides = (datasets.read_images(root / at, kind, allow_gaps=GAPS) for at, kind in (LEFT, RIGHT))
-    pairs = datasets.StereoSequence(*sides)
-    return pairs, told.rig(pairs.size), np.round(np.array(pairs.numbers) * TICK, 9)
+    how = {"sides": SIDES, "calibration": CALIBRATION, "allow_gaps": GAPS}
+    found = tell(datasets.read_stereo(root, **how))
+    pairs, times = found.frames, found.frames.left.times
+    times = np.array(pairs.left.counts) * TICK if times is None else np.array(times)
+    return pairs, found.calibration.rig(pairs.size), np.round(times, 9)
 
 
-def by_wheels(file, how, times: np.ndarray) -> list[planar.Odometry]:
-    told = tell(datasets.read_commands(file, **how))
+def by_wheels(file, clocks, topic, root, times: np.ndarray) -> list[planar.Odometry]:
+    told = tell(clocks.read(datasets.read_commands, file, topic=topic))
+    clocks.check((file, told.times), (root, times))
     held = hold(told.times, told.velocities, times)
     return list(map(planar.Odometry, *planar.compound(held, WHEELS)))
 
@@ -102,18 +117,20 @@ def film(lefts, looks, path, places):
 
 
 @script
-@click.argument("root", metavar="FOLDER|BAG", type=Recording())
-@click.argument("out", type=Results(".tum", "_kitti.txt", ".ply", "_map.npz", ".mp4"))
-@click.argument("wheels", type=Recording(), required=False)
-@click.option("--map", "known", type=Recording(), help="Localise in the map of another drive.")
-def main(root, out, wheels, known, topic, time_unit, force):
+@click.argument("root", metavar="FOLDER|BAG", type=Recording(ROOT))
+@click.argument("out", type=Results(RESULTS))
+@click.argument("wheels", type=Recording(SPEEDS), required=False)
+@click.option("--map", "known", type=Recording(MAPPED), metavar="MAP", help=MAPPED)
+@click.option("--baseline", type=float, help="Of a bag that does not tell it, m.")
+def main(root, out, wheels, known, baseline, topic, time_unit, force):
     """SLAM with a stereo camera, with the commands of the wheels or without."""
     if NO_WHEELS not in SIGMAS:
         raise ValueError(f"NO_WHEELS must be one of {', '.join(SIGMAS)}, got {NO_WHEELS!r}")
-    (pairs, rig, times), rng = recorded(root, topic), np.random.default_rng(1)
+    topics, clocks = datasets.share_topics(topic, root, wheels), Clocks(time_unit, wheels)
+    (pairs, rig, times), rng = recorded(root, topics[0], baseline), np.random.default_rng(1)
     landmarks.require_rectified(*map(landmarks.detect, pairs[0]))
-    how = {"time_unit": time_unit, "topic": topic}
-    moved = [None, *(by_wheels(wheels, how, times) if wheels else [None] * (len(pairs) - 1))]
+    own = (wheels, clocks, topics[1], root, times)
+    moved = [None, *(by_wheels(*own) if wheels else [None] * (len(pairs) - 1))]
     if known is not None:
         poses, sure = map(np.array, zip(*localised(pairs, rig, moved, known), strict=True))
         datasets.write_tum(out[".tum"], times, se3.from_se2(poses), overwrite=force)

@@ -7,20 +7,31 @@ from pathlib import Path
 import numpy as np
 
 from robot_perception import datasets
-from robot_perception.appearance.affine_snake import SnakeRules
-from robot_perception.appearance.colour_distribution import Dynamics
-from robot_perception.appearance.colour_histograms import histogram, two_views
-from robot_perception.appearance.colour_shape import ColourShapeRules, ColourShapeTracker
-from robot_perception.appearance.colour_spaces import Binning
-from robot_perception.appearance.head_ellipse import Ellipse, HeadRules, HeadTracker
-from robot_perception.appearance.single_cues import WindowTracker
-from robot_perception.extras import needing
-from robot_perception.scripts import Recording, Results, script, within
+from robot_perception.scripts import (
+    FILM,
+    Kinds,
+    Numbers,
+    Recording,
+    Results,
+    installed,
+    script,
+    tell,
+    within,
+)
 
-with needing():
+with installed():
     import click
     import cv2
     from tqdm import tqdm
+
+    from robot_perception.appearance.affine_snake import SnakeRules
+    from robot_perception.appearance.certainty import CertaintyRules, certainty, original
+    from robot_perception.appearance.colour_distribution import Dynamics
+    from robot_perception.appearance.colour_histograms import histogram, two_views
+    from robot_perception.appearance.colour_shape import ColourShapeRules, ColourShapeTracker
+    from robot_perception.appearance.colour_spaces import Binning
+    from robot_perception.appearance.head_ellipse import Ellipse, HeadRules, HeadTracker
+    from robot_perception.appearance.single_cues import WindowTracker
 
 RATE = 10.0  # pictures in a second, where film or folder does not tell
 HEAD = HeadTracker(Binning("opponent"), HeadRules(gate=0.4, gives_up=0.45))  # when it is lost
@@ -30,7 +41,24 @@ SHAPE = ColourShapeRules(
     binning=Binning("opponent", (32, 32, 4)), opening=3, snake=SnakeRules(reach=(20.0, 3.0))
 )
 DRIFT = [0.01] * 3 + [0.005] * 3 + [0.03] * 2  # of the colours: mean, spread, turn (rad) a picture
+SURE = CertaintyRules()  # below its `least` the thing counts as lost; least=0: as trackers say
 COLUMNS = {"u_px": 1e5, "v_px": 1e5}  # of a file with an outline
+KINDS = {
+    "ellipse": "An upright ellipse by its colours: for heads.",
+    "camshift": "A window by its colours, OpenCV's: the everyday way.",
+    "shape": "Colours and outline: for things of one shape.",
+}
+BOX = Numbers(
+    "u,v,width,height",
+    "Where it is in the first picture, px: column and row of its first pixel, counted from 0, and"
+    " its size, 56,20,31,45; or a CSV file with an outline, columns u_px,v_px.",
+    or_file=True,
+)
+RESULTS = {
+    ".csv": "Boxes: frame,x,y,w,h,certainty,lost; x and y count pixels from 1.",
+    "_outlines.csv": "Outlines: frame,u_px,v_px, counted from 0.",
+    ".mp4": "The pictures with the outline, red where the thing is lost.",
+}
 TURN = np.linspace(0, 2 * np.pi, 40, endpoint=False)
 RING = np.stack([np.cos(TURN), np.sin(TURN)], axis=-1)
 
@@ -38,17 +66,18 @@ Outline = np.ndarray  # (n, 2), columns and rows, px
 Step = Callable[[np.ndarray], tuple[Outline, bool]]  # from a picture to an outline, whether lost
 
 
-def first_outline(box: Path | str) -> Outline:
+def first_outline(box: Path | tuple[float, ...], size: tuple[int, int]) -> Outline:
     """The ellipse in a box u,v,width,height, or the outline in a file."""
     if isinstance(box, Path):
-        return np.column_stack(list(datasets.read_columns(box, COLUMNS).values()))
-    try:
-        u, v, width, height = map(float, box.split(","))
-    except ValueError:
-        raise ValueError(f"BOX must be u,v,width,height or a file, got {box!r}") from None
-    if not min(width, height) > 0:
-        raise ValueError(f"BOX must have an area, got {box!r}")
-    return [u + (width - 1) / 2, v + (height - 1) / 2] + RING * [width / 2, height / 2]
+        outline = np.column_stack(list(datasets.read_columns(box, COLUMNS).values()))
+    else:
+        u, v, width, height = box
+        if not min(width, height) > 0:
+            raise ValueError(f"BOX must have an area, got {width:g} by {height:g} px")
+        outline = [u + (width - 1) / 2, v + (height - 1) / 2] + RING * [width / 2, height / 2]
+    if (outline.max(axis=0) < 0).any() or (outline.min(axis=0) > np.subtract(size, 1)).any():
+        raise ValueError("BOX must reach into the picture of {} by {} px".format(*size))
+    return outline
 
 
 def by_ellipse(image: np.ndarray, outline: Outline) -> Step:
@@ -102,10 +131,12 @@ def follow(kind: str, pictures, outline: Outline, rows: list) -> Iterator[np.nda
     step, lost = None, False
     for image in pictures:
         if step is None:
-            step = TRACKERS[kind](image, outline)
+            step, first = TRACKERS[kind](image, outline), original(image, outline, SURE)
         else:
             outline, lost = step(image)
-        rows.append((outline, lost))
+        sure = certainty(image, outline, first, SURE)
+        lost = lost or sure.lost
+        rows.append((outline, lost, sure.probability))
         drawn = image.copy()
         line = outline.round().astype(np.int32)
         cv2.polylines(drawn, [line], True, (230, 30, 30) if lost else (0, 220, 0), 2)
@@ -113,33 +144,34 @@ def follow(kind: str, pictures, outline: Outline, rows: list) -> Iterator[np.nda
 
 
 @script
-@click.argument("kind", type=click.Choice(list(TRACKERS)))
-@click.argument("film", type=Recording())
-@click.argument("box", type=Recording(or_words=True))
-@click.argument("out", type=Results(".mp4", ".csv", "_outlines.csv"))
+@click.argument("kind", type=Kinds(KINDS))
+@click.argument("film", type=Recording(FILM))
+@click.argument("box", type=BOX)
+@click.argument("out", type=Results(RESULTS))
 def main(kind, film, box, out, topic, force):
     """Follow a thing in a film, or in a folder of pictures, from its box in the first one."""
     within("RATE", RATE, 0.01, 1000, "pictures in a second")
-    outline, rows = first_outline(box), []
-    recorded = datasets.read_film(film, topic=topic)
+    recorded, rows = datasets.read_film(film, topic=topic), []
+    outline = first_outline(box, recorded.size)
     frames = follow(kind, tqdm(recorded, "pictures", recorded.promised), outline, rows)
     rate = recorded.rate or RATE
     count = datasets.write_video(out[".mp4"], frames, rate=rate, overwrite=force)
     numbers = np.array(recorded.numbers)
-    outlines, lost = zip(*rows, strict=True)
+    outlines, lost, sure = zip(*rows, strict=True)
     low, high = (np.array([f(line, axis=0) for line in outlines]) for f in (np.min, np.max))
-    corner, size = np.round(low) + 1, np.maximum(np.round(high) - np.round(low) + 1, 1)
-    told = dict(zip("xywh", np.hstack([corner, size]).T, strict=True))  # x and y count from 1
-    columns = {"frame": numbers, **told, "lost": np.array(lost) * 1}
+    corner = np.floor(low + 0.5)  # the first pixel inside; ends of a box lie between two
+    size = np.maximum(np.ceil(high - 0.5) - corner + 1, 1)
+    told = dict(zip("xywh", np.hstack([corner + 1, size]).T, strict=True))  # x and y count from 1
+    columns = {"frame": numbers, **told, "certainty": sure, "lost": np.array(lost) * 1}
     datasets.write_columns(out[".csv"], columns, overwrite=force)
     u, v = np.vstack(outlines).T
     whose = np.repeat(numbers, [len(line) for line in outlines])
     columns = {"frame": whose, "u_px": u, "v_px": v}
     datasets.write_columns(out["_outlines.csv"], columns, overwrite=force)
-    print(f"pictures: {count}, of which lost: {sum(lost)}")
-    for remark in recorded.remarks:
-        print(remark)
-    print("last box: " + ",".join(f"{value:.0f}" for value in [*low[-1], *size[-1]]))
+    print(f"pictures: {count}, of which lost: {sum(lost)}, certainty: {np.mean(sure):.2f}")
+    tell(recorded)
+    last = ",".join(f"{value:.0f}" for value in [*corner[-1], *size[-1]])
+    print(f"last box: {last}, certainty: {sure[-1]:.2f}{', lost' * bool(lost[-1])}")
 
 
 if __name__ == "__main__":

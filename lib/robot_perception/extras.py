@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from importlib.metadata import PackageNotFoundError, requires
 from importlib.util import find_spec
 
-NAMES = {"cv2": "opencv-python-headless", "PIL": "pillow"}
+NAMES = {"cv2": "opencv-python-headless", "PIL": "pillow", "yaml": "pyyaml"}
 """What is installed, where it is not called as what is imported."""
 
 

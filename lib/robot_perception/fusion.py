@@ -98,7 +98,8 @@ def covariance_intersection(
     Raises
     ------
     ValueError
-        If the shapes do not fit, a weight is not from 0 to 1, an index is none, or S is singular.
+        If the shapes do not fit, a weight is not from 0 to 1, an index is none, or S is singular
+        where the weight is neither 0 nor 1.
 
     References
     ----------
@@ -442,7 +443,13 @@ def _intersect(covs_a, covs_b, differences, omegas, shifts, covs):  # pragma: no
             for j in range(n):
                 S[i, j] = (1 - w) * B[i, j] + w * A[i, j]
         if not _factor(S, L):
-            return False
+            if 0 < w < 1:
+                return False
+            for i in range(n):  # all weight is on one belief, whatever the other is
+                shifts[p, i] = w * differences[p, i]
+                for j in range(n):
+                    C[i, j] = w * B[i, j] + (1 - w) * A[i, j]
+            continue
         _solve(L, A, white_a)  # S⁻¹ A
         _solve(L, B, white_b)  # S⁻¹ B
         C[:] = 0.0

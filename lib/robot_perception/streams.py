@@ -7,6 +7,9 @@ from jaxtyping import Float, Int
 
 from robot_perception import checks
 
+SLACK = 1e-6  # of a step: times of many digits are rounded
+MOST_TICKS = 1e7
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Held:
@@ -166,6 +169,47 @@ def hold(
     row = np.searchsorted(times, edges[:-1], side="right") - 1
     interval = np.searchsorted(cuts, edges[1:], side="left") - 1
     return Held(commands[row], np.diff(edges), interval)
+
+
+def ticks(
+    times: Float[np.ndarray, " n"], *, rate: float, longest_gap: float
+) -> Float[np.ndarray, " k"]:
+    """Return moments at a rate, as for the pictures of a film, but none in a gap between readings.
+
+    Parameters
+    ----------
+    times : (n,)
+        Of the readings, s, not falling, one at least.
+    rate
+        Moments in a second.
+    longest_gap
+        How long after a reading moments go on without another one, s.
+
+    Returns
+    -------
+    (k,)
+        s, rising, from the first reading to the last: so many at most as fit into the gaps of all
+        readings, however far they are apart.
+
+    Raises
+    ------
+    ValueError
+        If times are not finite or fall, there is none, a number is not positive, or there would be
+        more than 1e7 moments.
+    """
+    times, rate = _stamps("times", times), checks.positive("rate", rate)
+    longest_gap = checks.positive("longest_gap", longest_gap)
+    if not times.size:
+        raise ValueError("times must hold a reading, got none")
+    breaks = np.flatnonzero(np.diff(times) > longest_gap)
+    begins = times[np.concatenate([[0], breaks + 1])]
+    ends = np.append(times[breaks] + longest_gap, times[-1])
+    counts = np.floor((ends - begins) * rate + SLACK) + 1
+    if counts.sum() > MOST_TICKS:
+        raise ValueError(f"rate must give {MOST_TICKS:g} moments at most, got {counts.sum():g}")
+    return np.concatenate(
+        [begin + np.arange(count) / rate for begin, count in zip(begins, counts, strict=True)]
+    )
 
 
 def _stamps(name: str, times: np.ndarray) -> np.ndarray:

@@ -372,10 +372,10 @@ def test_the_importance_filter_moves_half_of_the_particles_to_the_hands():
         (lambda: ArmRules(filter="unscented"), "filter must be"),
         (lambda: ArmTracker(CAMERA, cues={}), "cues must be one at least"),
         (lambda: FEW.start(FILM.frames[0][:100], rng=rng(), face=FILM.face), "image must be"),
-        (lambda: FEW.start(FILM.frames[0], rng=rng(), face=FACE * 4), "farther away"),
+        (lambda: FEW.start(FILM.frames[0], rng=rng(), face=FACE * [1, 1, 4, 4]), "farther"),
         (
             lambda: FEW.start(FILM.frames[0], rng=rng(), face=np.array([900.0, 900, 20, 20])),
-            "face must lie in the picture",
+            "face must reach into the picture",
         ),
         (
             lambda: FEW.step(

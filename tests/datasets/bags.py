@@ -29,6 +29,13 @@ STORES = {1: get_typestore(Stores.ROS1_NOETIC), 2: get_typestore(Stores.ROS2_HUM
 STORES[1].register(
     get_types_from_msg("geometry_msgs/TransformStamped[] transforms", "tf2_msgs/msg/TFMessage")
 )
+for kind, fields in {  # parts of films, by packages that are no part of ROS
+    "foxglove_msgs/msg/CompressedVideo": "string frame_id\nuint8[] data\nstring format",
+    "ffmpeg_image_transport_msgs/msg/FFMPEGPacket": "string encoding\nuint8[] data",
+    "theora_image_transport/msg/Packet": "uint8[] data",
+}.items():
+    for store in STORES.values():
+        store.register(get_types_from_msg(fields, kind))
 START = 1_700_000_000 * 10**9  # ns
 
 
@@ -134,9 +141,39 @@ def odometry(time, T, *, topic="/odom", speed=0.0, turn=0.0, cov=None, body="bas
     return Said(topic, "nav_msgs/msg/Odometry", fields, time, more.get("logged"), "odom")
 
 
-def stamped_pose(time, T, *, topic="/pose", frame="map"):
+def stamped_pose(time, T, *, topic="/pose", frame="map", **more):
     fields = {"pose": pose_fields(T)}
-    return Said(topic, "geometry_msgs/msg/PoseStamped", fields, time, None, frame)
+    return Said(topic, "geometry_msgs/msg/PoseStamped", fields, time, more.get("logged"), frame)
+
+
+def uncertain_pose(time, T, *, topic="/amcl_pose", frame="map", covariance=None):
+    """Return a pose with a covariance (6, 6)."""
+    full = np.zeros((6, 6)) if covariance is None else covariance
+    fields = {"pose": {"pose": pose_fields(T), "covariance": full.ravel()}}
+    return Said(topic, "geometry_msgs/msg/PoseWithCovarianceStamped", fields, time, None, frame)
+
+
+def moved_frame(time, T, *, topic="/vicon", frame="world", body="robot"):
+    """Return a transform that is no part of a tree, as motion capture sends it."""
+    at, turn = pose_fields(T).values()
+    fields = {"child_frame_id": body, "transform": {"translation": at, "rotation": turn}}
+    return Said(topic, "geometry_msgs/msg/TransformStamped", fields, time, None, frame)
+
+
+def twist(time, speed, turn, *, kind="TwistStamped", topic="/cmd_vel", side=0.0, logged=None):
+    """Return speeds by one of the three types that hold nothing else."""
+    both = {"linear": {"x": speed, "y": side}, "angular": {"z": turn}}
+    deep = {"Twist": both, "TwistStamped": {"twist": both}}.get(kind, {"twist": {"twist": both}})
+    return Said(topic, f"geometry_msgs/msg/{kind}", deep, time, logged, "base_link")
+
+
+def echoes(time, readings, *, topic="/echoes", frame="laser", angles=(-1.0, 0.5), ros=2, **more):
+    """Return a scan with several readings of each beam, or none."""
+    kind = "sensor_msgs/msg/LaserEcho"
+    several = [made(ros, kind, {"echoes": np.array(one, np.float32)}, None, "") for one in readings]
+    fields = scan(time, [0.0] * len(readings), angles=angles, **more).fields
+    fields |= {"ranges": several, "intensities": []}
+    return Said(topic, "sensor_msgs/msg/MultiEchoLaserScan", fields, time, None, frame)
 
 
 def transform(time, parent, child, T, *, topic="/tf_static", ros=2):
@@ -201,6 +238,15 @@ def cloud(time, points, *, topic="/points", big=False, padded=0, names="xyz", ro
         "is_dense": True,
     }
     return Said(topic, "sensor_msgs/msg/PointCloud2", fields, time, frame="laser")
+
+
+def old_cloud(time, points, *, topic="/cloud", ros=2):
+    """Return a cloud of points (n, 3) by the type before PointCloud2."""
+    kind = "geometry_msgs/msg/Point32"
+    some = [
+        made(ros, kind, dict(zip("xyz", one, strict=True)), None, "") for one in points.tolist()
+    ]
+    return Said(topic, "sensor_msgs/msg/PointCloud", {"points": some}, time, frame="laser")
 
 
 # A robot's recording -----------------------------------------------------------------------------

@@ -1,5 +1,7 @@
 """Pictures in ROS bags: encodings, pairs of two eyes, what is rectified, damage."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -44,7 +46,6 @@ ENCODED = {  # by the encoding: the bytes, and what they show
     "bgra8": (np.dstack([COLOUR[..., ::-1], ALPHA]), COLOUR),
     "8UC4": (np.dstack([COLOUR[..., ::-1], ALPHA]), COLOUR),
     "mono16": (GREY.astype("<u2") * 256 + 7, np.dstack([GREY] * 3)),
-    "16UC1": (GREY.astype("<u2") * 256 + 7, np.dstack([GREY] * 3)),
     **{
         f"bayer_{name}8": (np.roll(MOSAIC, shift, (0, 1)), np.full_like(COLOUR, [200, 120, 40]))
         for name, shift in SHIFTS.items()
@@ -95,14 +96,110 @@ def test_jpeg_is_read_as_from_a_file(tmp_path):
 
 
 DEPTHS = np.where(GREY > 100, 2000 + GREY.astype(np.uint16), 0).astype("<u2")
+FULL = 1500 + GREY.astype("<u2")  # nothing was left out
+
+
+def png(pixels: np.ndarray) -> bytes:
+    return cv2.imencode(".png", pixels)[1].tobytes()
+
+
+DEEP = {  # messages of depths and disparities: their encoding says it, whatever they hold
+    "16UC1": bags.image(0, FULL, "16UC1"),
+    "16UC1 with holes": bags.image(0, DEPTHS, "16UC1"),
+    "16SC1": bags.image(0, FULL, "16SC1"),
+    "32FC1": bags.image(0, FULL.astype("<f4"), "32FC1"),
+    "64FC1": bags.image(0, FULL.astype("<f8"), "64FC1"),
+    "compressed depths": bags.compressed(0, bytes(12) + png(FULL), "16UC1; compressedDepth png"),
+    "of old": bags.compressed(0, bytes(12) + png(FULL), "16UC1; compressedDepth"),
+    "by RVL": bags.compressed(0, b"x" * 99, "16UC1; compressedDepth rvl"),
+    "metres": bags.compressed(0, bytes(12) + png(FULL), "32FC1; compressedDepth png"),
+    "as a picture": bags.compressed(0, png(FULL), "16UC1; png compressed "),
+    "as bytes": bags.compressed(0, png(GREY), "16UC1; jpeg compressed "),
+}
+
+
+@pytest.mark.parametrize("name", DEEP)
+def test_depths_are_told_by_their_encoding(name, tmp_path):
+    """Whether or not something was measured everywhere."""
+    with pytest.raises(
+        CorruptImage, match=r"odd\.bag: picture 1 of /camera/.* holds depths \('\d\d\w"
+    ):
+        read_bag_film(write_bag(tmp_path / "odd.bag", [DEEP[name]]))
+
+
+GREYS = {
+    "mono16": bags.image(0, DEPTHS, "mono16"),
+    "packed": bags.compressed(0, png(DEPTHS), "mono16; png compressed "),
+}
+
+
+@pytest.mark.parametrize("name", GREYS)
+def test_grey_values_of_sixteen_bits_may_have_black_borders(name, tmp_path):
+    film = read_bag_film(write_bag(tmp_path / "grey.bag", [GREYS[name]]))
+    np.testing.assert_array_equal(next(film)[..., 0], DEPTHS >> 8)
+
+
+@pytest.mark.parametrize("shift", SHIFTS)
+def test_a_pattern_that_was_packed_gets_its_colours(shift, tmp_path):
+    mosaic = np.roll(MOSAIC, SHIFTS[shift], (0, 1))
+    for form, shown in (
+        (f"bayer_{shift}8; png compressed ", np.full_like(COLOUR, [200, 120, 40])),
+        (f"bayer_{shift}8; png compressed bgr8", np.dstack([mosaic] * 3)),
+    ):
+        path = write_bag(tmp_path / f"{len(form)}.bag", [bags.compressed(0, png(mosaic), form)])
+        np.testing.assert_array_equal(next(read_bag_film(path)), shown)
+
+
+UNIT = b"\0\0\0\1\x67" + bytes(range(200))  # a part of H.264
+PARTS = {
+    "h264": bags.compressed(0, UNIT, "h264"),
+    "H.264": bags.compressed(0, UNIT, "H.264"),
+    "hevc": bags.compressed(0, UNIT, "hevc"),
+    "h265": bags.compressed(0, UNIT, "h265; main"),
+    "av1": bags.compressed(0, b"\x12\0" + UNIT, "av1"),
+    "theora": bags.compressed(0, UNIT[1:], "theora"),
+    "by its first bytes": bags.compressed(0, UNIT, ""),
+    "by a wrong name": bags.compressed(0, UNIT[1:], "jpeg"),
+}
+
+
+@pytest.mark.parametrize("name", PARTS)
+def test_parts_of_a_film_are_named(name, tmp_path):
+    said = PARTS[name]
+    form = said.fields["format"]
+    with pytest.raises(
+        CorruptImage, match=rf"picture 1 of /camera/.* is a part of a film \('{form}'\), not a pic"
+    ):
+        read_bag_film(write_bag(tmp_path / "odd.bag", [said]))
+
+
+@pytest.mark.parametrize("read", [read_bag_film, read_bag_stereo])
+@pytest.mark.parametrize("name", ["odd.bag", "odd"])
+@pytest.mark.parametrize(
+    "kind",
+    [
+        "foxglove_msgs/msg/CompressedVideo",
+        "ffmpeg_image_transport_msgs/msg/FFMPEGPacket",
+        "theora_image_transport/msg/Packet",
+    ],
+)
+def test_a_topic_of_parts_of_a_film_is_named(kind, name, read, tmp_path):
+    """Where there are pictures as well, they are taken."""
+    part = bags.Said("/camera/h264", kind, {"data": np.zeros(9, np.uint8)}, 0.0)
+    path = write_bag(tmp_path / name, [part])
+    short = kind.rpartition("/")[2]
+    with pytest.raises(
+        CorruptLog, match=rf"no pictures, but /camera/h264 holds parts of a film \({short}\)"
+    ):
+        read(path)
+    both = write_bag(tmp_path / f"both_{name}", [part, *eyes()])
+    assert len(read_bag_stereo(both)) == 3
 
 
 @pytest.mark.parametrize(
     ("said", "message"),
     [
-        (bags.image(0, GREY, "32FC1"), "is encoded as '32FC1', which is none of mono8"),
-        (bags.image(0, DEPTHS, "16UC1"), "a picture of depths"),
-        (bags.compressed(0, b"x", "16UC1; compressedDepth"), "holds depths, not grey values"),
+        (bags.image(0, GREY, "8UC2"), "is encoded as '8UC2', which is none of mono8"),
         (bags.compressed(0, b"x"), "no picture, or a damaged one"),
         (bags.compressed(0, b""), "empty"),
         (bags.image(0, GREY[:, :16], "bgr8", step=20), "is damaged: 480 bytes for 16 x 24 px of 3"),
@@ -130,13 +227,17 @@ def test_a_picture_of_another_size_ends_the_film(tmp_path):
 def test_pairs_lie_near_in_time_and_others_are_told(tmp_path):
     said = [one for one in eyes() if not (one.topic == "/right/image_rect" and one.time < 0.1)]
     path = write_bag(tmp_path / "lost.bag", said)
-    pairs = read_bag_stereo(path)
+    pairs = read_bag_stereo(path, ["/left/image_rect", "/right/image_rect"])
     np.testing.assert_array_equal([left[0, 0] for left, _ in pairs], [1, 2])
     assert pairs.report.remarks == ("/left/image_rect: 1 pictures without a partner left out",)
-    with pytest.raises(CorruptLog, match=r"within 0\.001 s \(tolerance\)"):
+    with pytest.raises(CorruptLog, match=r"within 0\.001 s of each other, the nearest 0\.002 s"):
         read_bag_stereo(path, tolerance=0.001)
     with pytest.raises(ValueError, match="tolerance must not be negative"):
         read_bag_stereo(path, tolerance=-1)
+    said = [replace(one, time=one.time + 9 * one.topic.startswith("/right/i")) for one in said]
+    path = write_bag(tmp_path / "apart.bag", said)
+    with pytest.raises(CorruptLog, match=r"/right/.* are from one time: their clocks differ$"):
+        read_bag_stereo(path)
 
 
 @given(
@@ -206,7 +307,7 @@ def changed(topic: str, **fields) -> list[bags.Said]:
     [
         (
             [one for one in eyes() if "info" not in one.topic],
-            "left may be none, right none, without",
+            "left may be none, right none, without CameraInfo are /left/image_rect, /right/image_r",
         ),
         (
             [one for one in eyes() if "right" not in one.topic],
@@ -214,7 +315,7 @@ def changed(topic: str, **fields) -> list[bags.Said]:
         ),
         (
             changed("/right/camera_info", p=(RIGHT * [2, 1, 1, 1]).ravel()),
-            "not those of a rectified pair",
+            "not those of a rectified pair: fx 50 and 100",
         ),
         (changed("/left/camera_info", width=64), "have 32 x 24 px, their CameraInfo says 64 x 24"),
         (
@@ -233,6 +334,102 @@ def changed(topic: str, **fields) -> list[bags.Said]:
 def test_what_is_no_stereo_camera_is_named(said, message, tmp_path):
     with pytest.raises((CorruptLog, CorruptImage), match=rf"odd: .*{message}"):
         read_bag_stereo(write_bag(tmp_path / "odd", said))
+
+
+def seen_by(left: np.ndarray, right: np.ndarray, sides=("infra1", "infra2")) -> list[bags.Said]:
+    """Return one pair of rectified pictures with the matrices P of their cameras."""
+    return [
+        one
+        for side, matrix in zip(sides, (left, right), strict=True)
+        for one in (
+            bags.image(0, GREY, "mono8", topic=f"/camera/{side}/image_rect_raw"),
+            bags.camera_info(0, matrix, (32, 24), topic=f"/camera/{side}/camera_info"),
+        )
+    ]
+
+
+def moved(Tx: float, Ty: float = 0.0) -> np.ndarray:
+    matrix = P.copy()
+    matrix[:2, 3] = Tx, Ty
+    return matrix
+
+
+GIVEN, WHOLE = {"baseline": 0.1}, {"calibration": Calibration((50.0, 50.0), (16.0, 12.0), 0.1)}
+BLIND = {  # cameras that do not tell their baseline: P of both, what is said, and what helps
+    "not calibrated": (
+        0 * P,
+        0 * P,
+        "P in .* of .*infra1.* and .*infra2.* is 0: not calibrated",
+        WHOLE,
+    ),
+    "one not calibrated": (
+        P,
+        0 * P,
+        "P in .* of .*infra2/image_rect_raw is 0: not calibrated",
+        WHOLE,
+    ),
+    "not finite": (np.nan * P, np.nan * P, "is 0: not calibrated", WHOLE),
+    "each alone": (P, 1.1 * P, "not those of a rectified pair: fx 50 and 55, .*cx 16 and", WHOLE),
+    "no baseline": (P, P, "Tx in .*P is 0 of .*, 0 of .*: nothing tells the baseline", GIVEN),
+    "both the right one": (RIGHT, RIGHT, "Tx in .*P is -5 of .*, -5 of .*: all are right", GIVEN),
+    "the other sign": (P, moved(5.0), "0 of .*, 5 of .*; of a right camera it is below 0", GIVEN),
+    "swapped": (moved(5.0), P, "5 of .*, 0 of .*; of a right camera it is below 0", GIVEN),
+    "millimetres": (P, moved(-5000.0), "the baseline of .*infra2.* would be 100 m: in mil", GIVEN),
+}
+
+
+@pytest.mark.parametrize("name", BLIND)
+def test_why_a_stereo_camera_has_no_baseline_is_told_and_what_helps_does(name, tmp_path):
+    left, right, message, given = BLIND[name]
+    path = write_bag(tmp_path / "blind.bag", seen_by(left, right))
+    with pytest.raises(CorruptLog, match=rf"blind\.bag: .*{message}") as error:
+        read_bag_stereo(path)
+    (what,) = given
+    assert f"{what}=…" in str(error.value)
+    pairs = read_bag_stereo(path, **given)
+    found = pairs.calibration
+    assert (found.focal, found.centre) == ((50.0, 50.0), (16.0, 12.0))
+    assert found.baseline == pytest.approx(0.1)
+    assert "/camera/infra1/image_rect_raw (left)" in pairs.report.remarks[0]
+    np.testing.assert_array_equal(pairs[0], [GREY, GREY])
+
+
+def test_cameras_one_above_the_other_are_told(tmp_path):
+    path = write_bag(tmp_path / "high.bag", seen_by(P, moved(0.0, -5.0)))
+    with pytest.raises(CorruptLog, match="the cameras stand one above the other"):
+        read_bag_stereo(path)
+
+
+def test_which_eye_is_which_is_told_by_the_words_or_the_order_of_the_topics(tmp_path):
+    more = seen_by(P * 2, P * 2, ("color", "fisheye"))
+    path = write_bag(tmp_path / "five.bag", [*seen_by(P, P), *more])
+    assert read_bag_stereo(path, baseline=0.1).left.topic == "/camera/infra1/image_rect_raw"
+    strange = write_bag(tmp_path / "strange.bag", seen_by(P, P, ("one", "two")))
+    two = [f"/camera/{side}/image_rect_raw" for side in ("two", "one")]
+    with pytest.raises(CorruptLog, match="which pictures are left and right"):
+        read_bag_stereo(strange, baseline=0.1)
+    pairs = read_bag_stereo(strange, two, baseline=0.1)
+    assert [pairs.left.topic, pairs.right.topic] == two
+    assert not any("(left)" in remark for remark in pairs.report.remarks)
+    with pytest.raises(ValueError, match="baseline must be positive"):
+        read_bag_stereo(strange, two, baseline=-0.1)
+
+
+def test_depths_beside_a_stereo_camera_are_no_eye(tmp_path):
+    depth = [bags.image(0, FULL, "16UC1", topic="/camera/depth/image_rect_raw")]
+    depth += [bags.camera_info(0, P, (32, 24), topic="/camera/depth/camera_info")]
+    path = write_bag(tmp_path / "depth.bag", [*seen_by(P, RIGHT), *depth])
+    assert read_bag_stereo(path).left.topic == "/camera/infra1/image_rect_raw"
+
+
+def test_a_topic_with_rect_inside_a_word_is_not_rectified(tmp_path):
+    lens = {"d": np.array([-0.3, 0.1, 0.0, 0.0, 0.0])}
+    said = []
+    for side, matrix in (("left", P), ("right", RIGHT)):
+        info = bags.camera_info(0, matrix, (32, 24), topic=f"/direct/{side}/camera_info", **lens)
+        said += [bags.image(0, GREY, "mono8", topic=f"/direct/{side}/image_raw"), info]
+    pairs = read_bag_stereo(write_bag(tmp_path / "direct.bag", said))
+    assert not np.array_equal(pairs[0][0], GREY)
 
 
 def test_the_two_topics_may_be_named(tmp_path):

@@ -1,5 +1,7 @@
 """Scans in ROS bags: readings by REP 117, beams that differ, clouds, the scanner's place."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -58,7 +60,7 @@ def test_scans_of_other_beams_are_resampled_or_skipped(tmp_path):
     said = [scan(0.1 * k, wide, angles=(-1.0, 0.02)) for k in range(3)]
     said.append(scan(0.3, np.linspace(1, 3, 103).tolist(), angles=(-1.0, 2 / 102)))
     said.append(scan(0.4, [1.0] * 11, angles=(-1.0, 0.2)))
-    scans = read_bag_scans(write_bag(tmp_path / "beams.bag", said))
+    scans = read_bag_scans(write_bag(tmp_path / "beams.bag", said), "/scan")
     assert scans.ranges.shape == (4, 101)
     assert np.abs(scans.ranges[3] - wide).max() <= 0.0101  # half a beam
     assert scans.report.others == {"/scan, skipped": 1}
@@ -173,7 +175,8 @@ def test_an_unknown_place_is_told(tmp_path):
         for t in (0.0, 0.1)
     ]
     for k, more in enumerate([[], moves]):
-        log = read_bag_log(write_bag(tmp_path / str(k), [*more, *drive()]))
+        path = write_bag(tmp_path / str(k), [*more, *drive()])
+        log = read_bag_log(path, ["/scan", "/odom"])
         np.testing.assert_array_equal(log.poses, log.odometry)
         assert log.report.remarks == (
             "the bag does not say where 'laser' is on 'base_link': taken to be the same place",
@@ -191,7 +194,93 @@ def test_scans_without_odometry_are_skipped_and_told(tmp_path):
     path = write_bag(tmp_path / "longer.bag", [*drive(), scan(2.0, [1.0] * 5)])
     log = read_bag_log(path)
     assert len(log.ranges) == 4
-    assert "/scan: 1 scans skipped, no odometry at their time" in log.report.remarks
+    assert "/scan: 1 scans skipped, no pose of /odom at their time" in log.report.remarks
     lone = write_bag(tmp_path / "lone.bag", [*drive()[:5], scan(9.0, [1.0] * 5)])
-    with pytest.raises(CorruptLog, match=r"lone\.bag: no odometry of /odom at the time of a scan"):
+    with pytest.raises(CorruptLog, match=r"lone\.bag: no pose of /odom \(from .*\) at the time of"):
         read_bag_log(lone)
+
+
+# Clocks -------------------------------------------------------------------------------------------
+
+
+def on_two_clocks(ahead: float, behind: float = 0.0) -> list[bags.Said]:
+    """Return a drive in which the clock of the scanner, and that of the poses, are ahead, s."""
+    off = {"/scan": ahead, "/odom": behind}
+    return [replace(one, time=one.time + off[one.topic], logged=one.time + 0.02) for one in drive()]
+
+
+CLOCKS = {  # by how much the scanner's clock, and that of the poses, are ahead, s
+    "a scanner that counts from when it was switched on": (-bags.START / 1e9 + 60, 0.0),
+    "a scanner on atomic time": (37.0, 0.0),
+    "a computer that counts from when it was switched on": (0.0, -bags.START / 1e9 + 60),
+    "a day": (-86400.0, 0.0),
+}
+
+
+@pytest.mark.parametrize("name", CLOCKS)
+def test_two_clocks_are_put_on_that_of_the_recording(name, tmp_path):
+    """The poses are those of one clock."""
+    ahead, behind = CLOCKS[name]
+    expected = read_bag_log(write_bag(tmp_path / "one.bag", drive()))
+    log = read_bag_log(write_bag(tmp_path / "two.bag", on_two_clocks(ahead, behind)))
+    np.testing.assert_allclose(log.poses, expected.poses, atol=1e-6)
+    np.testing.assert_allclose(np.diff(log.times), np.diff(expected.times), atol=1e-6)
+    (remark,) = (remark for remark in log.report.remarks if "clocks" in remark)
+    assert remark.startswith("two clocks, /scan from ")
+    assert " and /odom from " in remark
+
+
+def test_a_clock_that_is_ahead_of_the_recording_is_another_one(tmp_path):
+    """Also where the times of both overlap, as of a scanner that leaves out leap seconds."""
+    times = 0.1 * np.arange(80)
+    said = [bags.odometry(t, se3.from_se2(np.array([t, 0, 0])), logged=t + 0.02) for t in times]
+    said += [scan(t + 3, [1.0] * 5, logged=t + 0.02) for t in times]
+    log = read_bag_log(write_bag(tmp_path / "ahead.bag", said))
+    np.testing.assert_allclose(log.poses[:, 0], times, atol=1e-6)
+    assert any(remark.startswith("two clocks, /scan from ") for remark in log.report.remarks)
+
+
+def test_one_clock_stays_as_it_is(tmp_path):
+    """Simulated time is far from that of the recording, and one of two may be computed late."""
+    expected = read_bag_log(write_bag(tmp_path / "one.bag", drive()))
+    simulated = on_two_clocks(60 - bags.START / 1e9, 60 - bags.START / 1e9)
+    log = read_bag_log(write_bag(tmp_path / "simulated.bag", simulated))
+    np.testing.assert_allclose(log.poses, expected.poses, atol=1e-6)
+    assert log.report.remarks == expected.report.remarks
+    late = [replace(o, logged=o.time + 5 * (o.topic == "/odom")) for o in drive()]
+    log = read_bag_log(write_bag(tmp_path / "late.bag", late))
+    np.testing.assert_allclose(log.times, expected.times)
+    (remark,) = (remark for remark in log.report.remarks if "recorded" in remark)
+    assert "/scan 0.000 s and /odom 5.000 s; if these are two clocks, poses are off" in remark
+
+
+def test_clocks_that_cannot_be_joined_are_told(tmp_path):
+    said = on_two_clocks(60 - bags.START / 1e9)
+    apart = [replace(o, logged=o.logged + 1000 * (o.topic == "/scan")) for o in said]
+    with pytest.raises(CorruptLog, match=r"/scan from .* and /odom from .* have no time in common"):
+        read_bag_log(write_bag(tmp_path / "apart.bag", apart))
+    unlike = [replace(o, logged=o.logged + k * (o.topic == "/scan")) for k, o in enumerate(said)]
+    path = write_bag(tmp_path / "unlike.bag", unlike)
+    with pytest.raises(CorruptLog, match="the clock of /scan runs unlike that of the recording"):
+        read_bag_log(path)
+    assert len(read_bag_scans(path).times) == 4  # which need no other clock
+
+
+# A way from elsewhere -----------------------------------------------------------------------------
+
+
+def test_a_way_from_elsewhere_takes_the_place_of_the_poses_of_the_bag(tmp_path):
+    """And the scanner's place on the robot counts for it, too."""
+    times = bags.seconds(0.1 * np.arange(5))
+    way = datasets.Track(times, np.column_stack([np.arange(5.0), 0 * times, 0 * times]))
+    on_it = bags.transform(0, "base_link", "laser", se3.from_se2(np.array([0.2, 0.1, 0.4])))
+    path = write_bag(tmp_path / "a.mcap", [on_it, *drive()])
+    log = read_bag_log(path, "/scan", way=way)
+    robot, _ = way.at(log.times, longest_gap=1.0)
+    np.testing.assert_allclose(log.odometry, robot)
+    np.testing.assert_allclose(log.poses, se2.compose(robot, np.array([0.2, 0.1, 0.4])))
+    later = datasets.Track(times + 100, way.poses)
+    with pytest.raises(
+        CorruptLog, match=r"no pose of way \(from .*\) at the time of a scan of /scan"
+    ):
+        read_bag_log(path, "/scan", way=later)

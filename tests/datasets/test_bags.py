@@ -85,7 +85,7 @@ def test_a_bag_is_known_with_its_topics(bag):
 
 
 def test_scans_are_read(bag):
-    scans = read_bag_scans(bag)
+    scans = read_bag_scans(bag, "/scan")
     np.testing.assert_allclose(scans.times, seconds(TIMES[1:] - 0.01), atol=1e-6)
     np.testing.assert_allclose(scans.ranges, np.float32([READ[1], READ[0]] * 2))
     np.testing.assert_allclose(scans.angles, [-1, -0.5, 0, 0.5, 1])
@@ -94,7 +94,7 @@ def test_scans_are_read(bag):
     assert scans.report.others["/odom"] == 5
     assert scans.report.lines == 4 + 5 + 1 + 12 + 15
     assert str(scans.report).startswith(f"{bag.name}: 37 messages; read 4 /scan; other kinds 5 ")
-    legs = read_leg_scans(bag)
+    legs = read_leg_scans(bag, topic="/scan")
     np.testing.assert_array_equal(
         legs.ranges, np.nan_to_num(scans.ranges, nan=np.inf, posinf=np.inf)
     )
@@ -104,13 +104,13 @@ def test_scans_are_read(bag):
 
 
 def test_odometry_is_read(bag):
-    motion = read_bag_motion(bag)
+    motion = read_bag_motion(bag, "/odom")
     np.testing.assert_allclose(motion.times, seconds(TIMES), atol=1e-6)
     np.testing.assert_allclose(motion.poses, se3.from_se2(POSES), atol=1e-12)
     np.testing.assert_array_equal(motion.covs, [COV] * 5)
     np.testing.assert_array_equal(motion.velocities, [[1.1, 1.0]] * 5)
     assert (motion.world, motion.body, motion.topic) == ("odom", "base_link", "/odom")
-    track, commands = read_track(bag), motion.commands()
+    track, commands = read_track(bag, topic="/odom"), motion.commands()
     np.testing.assert_allclose(se2.between(track.poses, POSES), 0, atol=1e-12)
     np.testing.assert_array_equal(track.covs, motion.covs)
     np.testing.assert_array_equal(commands.times, track.times)
@@ -124,12 +124,12 @@ def test_odometry_is_read(bag):
 
 
 def test_a_log_joins_scans_odometry_and_the_place_of_the_scanner(bag):
-    log = read_bag_log(bag)
+    log = read_bag_log(bag, ["/scan", "/odom"])
     robot = np.column_stack([TIMES[1:] - 0.01, 0.5 * (TIMES[1:] - 0.01), TIMES[1:] + 2.99])
     np.testing.assert_allclose(se2.between(log.odometry, robot), 0, atol=1e-6)
     mounted = se2.compose(robot, np.array([0.2, 0.1, np.pi / 2]))
     np.testing.assert_allclose(se2.between(log.poses, mounted), 0, atol=1e-6)
-    np.testing.assert_array_equal(log.ranges, read_bag_scans(bag).ranges)
+    np.testing.assert_array_equal(log.ranges, read_bag_scans(bag, "/scan").ranges)
     assert log.max_range == 8.0
     assert log.report.kept == {"/scan": 4, "/odom": 5}
     assert not log.report.remarks
@@ -217,7 +217,9 @@ READERS = {
 def test_topics_that_are_not_there_are_named_with_those_that_are(name, tmp_path):
     said = [bags.Said("/battery", "std_msgs/msg/Float32", {"data": 1.0}, 0.0)]
     path = write_bag(tmp_path / "other", said)
-    with pytest.raises(CorruptLog, match=r"other: .*(/battery \(Float32\)|left may be none)"):
+    with pytest.raises(
+        CorruptLog, match=r"other: .*(/battery \(Float32, 1 message\)|left may be none)"
+    ):
         READERS[name](path)
     with pytest.raises(CorruptLog, match=r"topic '/scan' is not in this bag, which has /battery"):
         READERS[name](path, "/scan")
@@ -231,18 +233,14 @@ def test_where_several_topics_would_do_they_are_listed(tmp_path):
     said = [*drive(), scan(0.2, [3.0] * 5, topic="/rear")]
     path = write_bag(tmp_path / "two.bag", said)
     with pytest.raises(
-        CorruptLog, match=r"2 topics hold LaserScan or PointCloud2: /rear, /scan; say"
+        CorruptLog,
+        match=r"2 topics hold scans: /rear \(LaserScan, 1 message\), /scan \(LaserScan, 4 .*; say",
     ):
         read_bag_log(path)
     for topic in ("/rear", "rear", ("/rear",), ["/odom", "rear"]):
         assert read_bag_log(path, topic).report.kept == {"/rear": 1, "/odom": 5}
     with pytest.raises(CorruptLog, match="2 topics hold"):
         read_bag_scans(path, ["/rear", "/scan"])
-
-
-def test_odometry_goes_before_goals(tmp_path):
-    path = write_bag(tmp_path / "goal.bag", [*drive(), bags.stamped_pose(0, np.eye(4))])
-    assert read_bag_motion(path).topic == "/odom"
 
 
 # Times --------------------------------------------------------------------------------------------
@@ -257,7 +255,7 @@ def test_what_has_no_time_or_an_old_one_is_skipped_and_told(tmp_path):
         scan(np.nan, [5.0] * 5, logged=0.18),  # no time at all
         scan(0.2, [6.0] * 5),
     ]
-    scans = read_bag_scans(write_bag(tmp_path / "times.bag", said))
+    scans = read_bag_scans(write_bag(tmp_path / "times.bag", said), "/scan")
     np.testing.assert_array_equal(scans.ranges[:, 0], [1, 2, 6])
     assert scans.report.kept == {"/scan": 3}
     assert scans.report.others == {"/scan, skipped": 3}
@@ -269,7 +267,7 @@ def test_what_has_no_time_or_an_old_one_is_skipped_and_told(tmp_path):
 
 def test_without_any_time_stamps_the_recording_tells(tmp_path):
     said = [scan(np.nan, [1.0 + k] * 5, logged=0.1 * k) for k in range(3)]
-    scans = read_bag_scans(write_bag(tmp_path / "unstamped", said))
+    scans = read_bag_scans(write_bag(tmp_path / "unstamped", said), "/scan")
     np.testing.assert_allclose(scans.times, seconds([0, 0.1, 0.2]), atol=1e-6)
     assert scans.report.remarks == ("/scan: no time stamps, so the times of recording were taken",)
 
@@ -327,14 +325,49 @@ def test_a_camera_on_its_side_has_a_pose_in_space_but_no_heading(tmp_path):
 
 
 def test_covariances_that_are_none_are_left_out_and_told(tmp_path):
-    unknown = read_bag_motion(write_bag(tmp_path / "unknown.bag", [one(), odometry(1, np.eye(4))]))
-    assert unknown.covs is None
-    assert not unknown.report.remarks
-    some = read_bag_motion(write_bag(tmp_path / "some.bag", [one(cov=COV), odometry(1, np.eye(4))]))
-    assert some.covs is None
-    wrong = read_bag_motion(write_bag(tmp_path / "wrong.bag", [one(cov=-np.eye(3))]))
+    said = [one(), odometry(1, np.eye(4))]
+    nothing = read_bag_motion(write_bag(tmp_path / "nothing.bag", said), "/odom")
+    assert nothing.covs is None
+    assert not nothing.report.remarks
+    wide = np.array([[1.0, 2.0, 0.0], [2.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    wrong = read_bag_motion(write_bag(tmp_path / "wrong.bag", [one(cov=wide)]), "/odom")
     assert wrong.covs is None
     assert "/odom: without its covariances, which are none" in wrong.report.remarks[0]
+
+
+DRIVERS = {  # what is written where nobody knows, on the diagonal, by drivers and filters
+    "kobuki": (0.1, 0.1, 1.7e308),
+    "gazebo": (1e12, 1e12, 0.01),
+    "diff_drive_controller": (0.001, 0.001, 1000.0),
+    "REP 103's minus one": (-1.0, 0.0, 0.0),
+    "five nines": (99999.0, 99999.0, 99999.0),
+    "a million": (1e6, 1e6, 1e6),
+    "infinite": (np.inf, np.inf, np.inf),
+    "NaN": (np.nan, 0.1, 0.1),
+    "nothing": (0.0, 0.0, 0.0),
+}
+
+
+@pytest.mark.parametrize("kind", ["Odometry", "PoseWithCovarianceStamped"])
+@pytest.mark.parametrize("name", DRIVERS)
+def test_a_covariance_that_says_that_nobody_knows_is_none(name, kind, tmp_path):
+    """And the others of the recording are not used either, which the remarks tell."""
+    full = np.eye(6)
+    full[[0, 1, 5], [0, 1, 5]] = DRIVERS[name]
+    good = np.zeros((6, 6))
+    good[np.ix_([0, 1, 5], [0, 1, 5])] = COV
+    said = [bags.uncertain_pose(k, np.eye(4), covariance=cov) for k, cov in enumerate([good, full])]
+    if kind == "Odometry":
+        said = [
+            bags.Said(o.topic, bags.odometry(0, np.eye(4)).kind, o.fields, o.time) for o in said
+        ]
+    motion = read_bag_motion(write_bag(tmp_path / "a.bag", said), "/amcl_pose")
+    assert motion.covs is None
+    (remark,) = motion.report.remarks
+    assert "/amcl_pose: without covariances: 1 of 2 say that nobody knows" in remark
+    assert "of pose 2)" in remark
+    known = read_bag_motion(write_bag(tmp_path / "b.bag", said[:1]), "/amcl_pose")
+    np.testing.assert_array_equal(known.covs, [COV])
 
 
 def test_velocities_that_say_nothing_are_refused(tmp_path):

@@ -18,7 +18,7 @@ from robot_perception.datasets import (
     read_graph_log,
     read_landmark_graph,
 )
-from tests.datasets.writing import carmen_truth, flaser, write
+from tests.datasets.writing import carmen_truth, flaser, robotlaser, write
 
 
 @pytest.mark.parametrize("name", ["a.log", "a.log.gz"])
@@ -63,7 +63,8 @@ def test_beams_point_where_convention_says(tmp_path, beams, first_deg, last_deg)
 
 def test_other_numbers_of_beams_need_a_field_of_view(tmp_path):
     path = write(tmp_path / "a.log", carmen_truth(beams=5).lines)
-    with pytest.raises(CorruptLog, match=r"line 1: no field of view is known for 5 beams: give"):
+    told = r"line 1: no field of view is known for 5 beams: field_of_view=.*, in a script --field"
+    with pytest.raises(CorruptLog, match=told):
         read_carmen_log(path)
     log = read_carmen_log(path, field_of_view=(-1.0, 1.0))
     np.testing.assert_allclose(log.angles, [-1.0, -0.5, 0.0, 0.5, 1.0])
@@ -164,6 +165,51 @@ def test_other_kinds_are_counted_by_keyword(tmp_path):
     assert "other kinds 2 #, 2 blank, 2 ODOM, 1 PARAM" in str(log.report)
 
 
+def robot_lines(truth, **how):
+    """Return the scans of a log as CARMEN has written them since 2007."""
+    how = {"start": -np.pi / 2, "resolution": np.pi / 180} | how
+    rows = zip(truth.ranges, truth.poses, truth.odometry, truth.times, strict=True)
+    return [robotlaser(*row, **how, remissions=[1.0, 2.0]) for row in rows]
+
+
+def test_a_log_of_the_newer_form_is_the_same(tmp_path):
+    """It tells where its beams point, so that any number of them will do."""
+    truth = carmen_truth(beams=7)
+    log = read_carmen_log(write(tmp_path / "a.log", robot_lines(truth, resolution=0.25)))
+    np.testing.assert_allclose(log.angles, -np.pi / 2 + 0.25 * np.arange(7))
+    for name in ("ranges", "poses", "odometry", "times"):
+        np.testing.assert_array_equal(getattr(log, name), getattr(truth, name))
+    assert log.report.kept == {"ROBOTLASER1": len(truth.times)}
+    told = read_carmen_log(tmp_path / "a.log", field_of_view=(-1.0, 1.0))
+    np.testing.assert_allclose(told.angles, np.linspace(-1, 1, 7))
+
+
+def test_where_a_log_has_both_forms_the_older_one_counts(tmp_path):
+    """Whatever the newer lines hold."""
+    pairs = zip(robot_lines(GOOD), GOOD.lines, strict=True)
+    lines = [line for pair in pairs for line in pair]
+    log = read_carmen_log(write(tmp_path / "a.log", [b"ROBOTLASER1 x", *lines]))
+    np.testing.assert_array_equal(log.ranges, GOOD.ranges)
+    assert (log.report.kept, log.report.others) == ({"FLASER": 4}, {"ROBOTLASER1": 5})
+    assert log.report.lines == 9
+
+
+@pytest.mark.parametrize(
+    ("line", "reason"),
+    [
+        (robot_lines(carmen_truth(scans=1, beams=5))[0], "its number of beams differs"),
+        (robot_lines(carmen_truth(scans=1), start=0.0)[0], "its first angle or resolution differs"),
+        (robot_lines(GOOD)[0][:60], "fewer values than announced"),
+        (robot_lines(GOOD)[0].replace(b" 180 ", b" 0 ", 1), "integer of at least 1: '0'"),
+        (robot_lines(carmen_truth(scans=1), start=-90.0)[0], r"radians\? \(-90\)"),
+    ],
+)
+def test_a_bad_line_of_the_newer_form_is_named(tmp_path, line, reason):
+    path = write(tmp_path / "a.log", [*robot_lines(GOOD), line])
+    with pytest.raises(CorruptLog, match=rf"a\.log, line 5: .*{reason}"):
+        read_carmen_log(path)
+
+
 def test_no_scan_at_all(tmp_path):
     path = write(tmp_path / "a.log", [b"ODOM 1", b"VERTEX2 0 0 0 0"])
     with pytest.raises(CorruptLog, match=r"no FLASER line .* kinds 1 ODOM, 1 VERTEX2"):
@@ -180,6 +226,11 @@ def test_a_log_of_another_kind_is_recognised(tmp_path):
     for reader in (read_graph_log, read_landmark_graph):
         with pytest.raises(CorruptLog, match="it seems to be a CARMEN log: use read_carmen_log"):
             reader(carmen)
+    newer = write(tmp_path / "c.log", robot_lines(GOOD))
+    with pytest.raises(CorruptLog, match=r"line 1: no vertex .*a CARMEN log has none: read_carmen"):
+        read_graph_log(newer)
+    with pytest.raises(CorruptLog, match="it seems to be a CARMEN log: use read_carmen_log"):
+        read_landmark_graph(newer)
 
 
 def read_bytes(content: bytes, name: str = "a.log", **options):

@@ -13,6 +13,7 @@ from robot_perception.datasets import (
     ImageSequence,
     StereoSequence,
     images,
+    read_film,
     read_image,
     read_images,
 )
@@ -258,6 +259,52 @@ NAMES = {  # in order: what they say, the numbers, the times
     "a day and an hour": (
         ["IMG_20240131_235959", "IMG_20240201_000001"],
         (20240131, 20240201),
+        (0.0, 2.0),
+    ),
+    "a day, an hour and milliseconds": (
+        ["IMG_20240501_235958_120", "IMG_20240501_235958_920", "IMG_20240502_000001_020"],
+        (20240501235958120, 20240501235958920, 20240502000001020),
+        (0.0, 0.8, 2.9),
+    ),
+    "milliseconds behind seconds": (
+        ["PXL_20240501_235958120", "PXL_20240501_235959020"],
+        (235958120, 235959020),
+        (0.0, 0.9),
+    ),
+    "a date in words": (
+        ["WhatsApp Image 2024-05-01 at 23.59.58", "WhatsApp Image 2024-05-02 at 00.00.01"],
+        (1, 2),
+        (0.0, 3.0),
+    ),
+    "a date with parts": (
+        ["cam1_2024-05-01T23:59:58.5004", "cam1_2024-05-01T23:59:59.2504"],
+        (585004, 592504),
+        (0.0, 0.75),
+    ),
+    "a date as one number": (
+        ["20240501235958", "20240502000001"],
+        (20240501235958, 20240502000001),
+        (0.0, 3.0),
+    ),
+    "counters of a second": (
+        ["01-20240501235958-00", "01-20240501235958-01", "01-20240501235959-00"],
+        (2024050123595800, 2024050123595801, 2024050123595900),
+        None,
+    ),
+    "a day and a counter": (["20240501_000000", "20240501_000001"], (0, 1), None),
+    "seconds and nanoseconds apart": (
+        ["1305031102_175304000", "1305031102_975326000", "1305031103_011200000"],
+        (1305031102175304000, 1305031102975326000, 1305031103011200000),
+        (1305031102.175304, 1305031102.975326, 1305031103.0112),
+    ),
+    "seconds and nanoseconds as they are": (
+        ["1305031102-5304000", "1305031102-175304000", "1305031103-7"],
+        (1305031102005304000, 1305031102175304000, 1305031103000000007),
+        (1305031102.005304, 1305031102.175304, 1305031103.0),
+    ),
+    "seconds and a counter": (
+        ["1305031102_1", "1305031102_2", "1305031103_3"],
+        (13050311021, 13050311022, 13050311033),
         None,
     ),
     "bursts": (
@@ -265,6 +312,12 @@ NAMES = {  # in order: what they say, the numbers, the times
         (20240131235959002, 20240131235959010, 20240201000001001),
         None,
     ),
+    "a burst that is long": (
+        ["IMG_20240131_235959_107", "IMG_20240131_235959_108", "IMG_20240131_235959_109"],
+        (107, 108, 109),
+        None,
+    ),
+    "midnight": (["2024-05-01_00-00-01", "2024-05-01_00-00-03"], (1, 3), (0.0, 2.0)),
     "months and days": (["2024.01.31", "2024.02.01"], (131, 201), None),
     "a point without meaning": (["shot.1.0008", "shot.1.0009"], (8, 9), None),
 }
@@ -284,6 +337,29 @@ def test_pictures_are_in_the_order_of_the_whole_numbers(kind, ending, tmp_path):
     assert [int(picture[0, 0]) for picture in found] == [40 * k for k in range(len(names))]
     assert found[1:].times == (times and found.times[1:])
     assert len(read_images(tmp_path, f"*{ending.lower()}", allow_gaps=True)) == len(names)
+
+
+def test_times_of_day_may_stand_in_a_folder_with_the_day(tmp_path):
+    day = tmp_path / "2024-05-01"
+    for name in ("23-59-57", "23-59-59"):
+        save(day / f"{name}.png")
+    assert read_images(day).times == (0.0, 2.0)
+    folder(tmp_path / "2024-05-02", [0, 1, 2], "{:06}.png")
+    assert read_images(tmp_path / "2024-05-02").times is None
+
+
+@pytest.mark.parametrize(
+    "names", [NAMES["bursts"][0], NAMES["scenes of KITTI"][0], NAMES["seconds and a counter"][0]]
+)
+def test_numbers_that_are_put_together_count_nothing(names, tmp_path):
+    for name in names:
+        save(tmp_path / f"{name}.png")
+    found = read_images(tmp_path)
+    assert (found.counts, found[1:].counts) == ((0, 1, 2), (0, 1))
+    film = read_film(tmp_path)
+    list(film)
+    np.testing.assert_allclose(film.seconds(10.0), [0.0, 0.1, 0.2])
+    assert read_images(folder(tmp_path / "counted", [7, 9, 11])).counts == (7, 9, 11)
 
 
 def test_of_one_name_the_last_number_counts(tmp_path):
@@ -327,10 +403,10 @@ def test_hidden_files_and_what_is_no_picture_are_skipped_and_told(tmp_path):
     (tmp_path / "._1.png").write_bytes(b"\0\5\x16\7")  # as macOS writes it on other drives
     (tmp_path / ".thumbnails").mkdir()
     (tmp_path / "3.png").mkdir()
-    (tmp_path / "times.txt").write_text("1\n2\n")
+    (tmp_path / "notes.txt").write_text("1\n2\n")
     found = read_images(tmp_path)
     assert found.numbers == (1, 2)
-    assert [path.name for path in found.skipped] == ["._1.png", ".thumbnails", "3.png", "times.txt"]
+    assert [path.name for path in found.skipped] == ["._1.png", ".thumbnails", "3.png", "notes.txt"]
     assert [path.name for path in read_images(tmp_path, "*.png").skipped] == ["._1.png", "3.png"]
     assert found[1:].skipped == found.skipped
     assert images.picture_files(tmp_path, "*.gif") == ((), ())

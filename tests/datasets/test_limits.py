@@ -14,6 +14,7 @@ from scipy.io import savemat
 
 from robot_perception import datasets
 from robot_perception.datasets import CorruptLog, limits
+from robot_perception.datasets.logs import OtherUnit
 from tests.datasets import test_leg_scans, test_mrclam, test_text
 from tests.datasets.writing import flaser, robotlaser, vertex, write
 
@@ -96,6 +97,10 @@ def columns(path, **how):
     return datasets.read_columns(path, {"time_s": np.inf, "x_m": 1e8}, **how)
 
 
+def landmarks(path, **how):
+    return datasets.read_landmarks(path, {"x_m": 1e8, "y_m": 1e8}, **how)
+
+
 READERS = {
     "columns": Reader(
         columns,
@@ -114,6 +119,17 @@ READERS = {
     "commands": Reader(
         datasets.read_commands,
         rows("{0!r},{1!r},{3!r}".format, "time_s,speed_m_s,turn_rate_rad_s"),
+    ),
+    "landmarks": Reader(
+        landmarks,
+        rows("{!r},{!r},{!r},{!r}".format, "time_s,x_m,y_m,no"),
+    ),
+    "detections": Reader(
+        datasets.read_detections,
+        rows(
+            "{0!r},laser,{1!r},{3!r},1,1".format,
+            "time_s,sensor,distance_m,direction_rad,distance_sigma_m,direction_sigma_rad",
+        ),
     ),
     "relations": Reader(
         datasets.read_relations,
@@ -141,7 +157,8 @@ STEPS = 0.1 * np.arange(12)
 def test_every_reader_that_takes_a_unit_of_time_is_in_the_table():
     there = {getattr(datasets, name) for name in datasets.__all__ if name.startswith("read_")}
     takes = {read for read in there if "time_unit" in inspect.signature(read).parameters}
-    assert takes == {reader.read for reader in TIMED.values()} - {columns} | {datasets.read_columns}
+    known = {reader.read for reader in TIMED.values()} - {columns, landmarks}
+    assert takes == known | {datasets.read_columns, datasets.read_landmarks}
 
 
 @pytest.mark.parametrize("since", [0.0, 1.7e9], ids=["from 0", "from 1970"])
@@ -153,16 +170,18 @@ def test_times_are_read_in_their_unit_and_refused_in_another(reader, unit, since
     found = reader.times(reader.read(path, time_unit=unit))
     np.testing.assert_allclose(found, since + STEPS, rtol=0, atol=1e-6)
     if unit != "s":
-        hint = rf"time_unit='{unit}' \(in a script: --time-unit {unit}\)"
+        hint = rf"\(time_unit='{unit}'\)"
         with pytest.raises(
-            CorruptLog, match=rf"these times look like {limits.NAMES[unit]}: {hint}"
-        ):
+            OtherUnit, match=rf"these times look like {limits.NAMES[unit]} {hint}"
+        ) as error:
             reader.read(path, time_unit="s")
+        assert error.value.unit == unit
     with pytest.raises(ValueError, match="time_unit must be one of 's', 'ms', 'us', 'ns', got 'h'"):
         reader.read(path, time_unit="h")
 
 
-FAR = {name: READERS[name] for name in READERS if name not in ("legs", "vehicle", "commands")}
+NOWHERE = "legs", "vehicle", "commands", "detections"
+FAR = {name: READERS[name] for name in READERS if name not in NOWHERE}
 
 
 @pytest.mark.parametrize("reader", FAR.values(), ids=FAR)

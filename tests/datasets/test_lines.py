@@ -24,7 +24,8 @@ from robot_perception.datasets import (
     read_stereo_features,
     read_track,
 )
-from robot_perception.datasets.space_tracks import READERS
+from robot_perception.datasets.poses import Layout, read_poses
+from robot_perception.datasets.space_tracks import read_matrices
 from tests.datasets import test_graph, test_mrclam, test_stereo, test_victoria
 from tests.datasets.writing import carmen_truth
 
@@ -98,13 +99,13 @@ KINDS = {
     "relations": Kind(read_relations, "a.relations", [b"1 2 3 4 5 0.6 0.7 0.8"] * 3, plain),
     "TUM": Kind(read_track, "a.tum", [b"1 0 0 0 0 0 0 1", b"#", b"2 1 0 0 0 0 0 1"], plain),
     "TUM in space": Kind(
-        partial(READERS["TUM"], time_unit="s"),
+        partial(read_poses, found=Layout("TUM"), time_unit="s"),
         "a.tum",
         [b"1 0 0 0 1 0 0 0", b"#", b"2 1 2 3 0 0 0 1"],
         plain,
     ),
     "KITTI poses": Kind(
-        partial(READERS["KITTI"], time_unit="s"),
+        read_matrices,
         "a.txt",
         [b"1 0 0 1 0 1 0 2 0 0 1 3", b"#", TURNED],
         plain,

@@ -88,7 +88,8 @@ def test_void_readings_are_kept(tmp_path):
     [
         ("1,2\n1\n", "line 2: fewer values"),
         ("1,2\n1,2,3\n", "line 2: more values"),
-        ("r1,r2\n1,2\n", "line 1: a value is not a number"),
+        ("r1,r2\n1,2\n", "line 1: a value is not a number: 'r1' in column 1"),
+        ("1,2\n1,x\n", "line 2: a value is not a number: 'x' in column 2"),
         ("80,80\n", "own.csv: no reading is below 80 m; are they in metres?"),
         ("300,4000\n", "own.csv: no reading is below 80 m; are they in metres?"),
         ("# nothing\n", "no scan line"),
@@ -106,6 +107,7 @@ def test_bad_ranges_stop_at_their_line(tmp_path, text, message):
         (np.zeros((0, 3)), r"got \(0, 3\)"),
         (np.array([["a"]]), "no array of numbers"),
         (np.array([[None]]), "no array of numbers"),
+        (np.array([[1.0, 2.0], [3.0, -2e6]]), "reading 2, 2 is -2e\\+06, no distance in metres"),
     ],
 )
 def test_arrays_that_are_no_ranges(tmp_path, array, message):
@@ -162,17 +164,22 @@ COVS = f"{CSV},cov_xx,cov_xy,cov_xh,cov_yy,cov_yh,cov_hh"
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (f"{CSV}\n1,0,0,0\n1,0,0,0\n", "times must rise, got 1 before 1"),
+        (f"{CSV}\n1,0,0,0\n#\n1,0,0,0\n", "line 4: times must rise, got 1 before 1"),
+        (f"{CSV}\n1,0,0,0\n2,0,0,90\n", "line 3: heading_rad is 90, .* are these degrees"),
         ("time_s,x_m,y_m\n1,0,0\n", "line 1: no column heading_rad"),
         (f"{CSV},cov_xx\n1,0,0,0,1\n", "some covariances are there, but no column cov_xy"),
-        (f"{COVS}\n1,0,0,0,1,2,0,1,0,1\n", "covariances must be positive semi-definite"),
+        (
+            f"{COVS}\n1,0,0,0,1,0,0,1,0,1\n2,0,0,0,1,2,0,1,0,1\n",
+            "line 3: covariances must be",
+        ),
         ("1 0 0 0 0 0 0\n", "line 1: fewer values"),
         ("2 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n", "line 2: its time does not lie after"),
         ("2 0 0 0 0 0 0 1\n2 0 0 0 0 0 0 1\n", "line 2: its time does not lie after"),
         ("1 0 0 0 0 0 0 1.01\n", "line 1: its quaternion qx qy qz qw is not of unit length"),
         ("1 0 0 0 0 0 1 1\n", "line 1: its quaternion qx qy qz qw is not of unit length"),
         ("1 0 0 0 1 0 0 0\n", "line 1: its quaternion qx qy qz qw turns the robot onto its side"),
-        ("1 0 0 0 0 0 nan 1\n", "line 1: a value is NaN or infinite"),
+        ("1 0 0 0 0 0 nan 1\n", "line 1: a value is NaN or infinite, in column 7"),
+        ("1 0 0 0 0 0 x 1\n", "line 1: a value is not a number: 'x'"),
     ],
 )
 def test_bad_trajectories_are_refused(tmp_path, text, message):

@@ -12,7 +12,14 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from robot_perception.datasets import CorruptImage, read_film, read_video, video, write_video
+from robot_perception.datasets import (
+    CorruptImage,
+    containers,
+    read_film,
+    read_video,
+    video,
+    write_video,
+)
 from tests.datasets.films import write_film
 
 COLOURS = np.array([[200, 40, 60], [40, 180, 60], [30, 60, 220]], dtype=np.uint8)
@@ -43,7 +50,8 @@ KINDS = {  # by the ending: what this OpenCV writes
     "mxf": "MPG2",
     "y4m": "I420",
 }
-TELL = {"mp4", "m4v", "mov", "3gp", "avi", "AVI", "mkv", "webm", "wmv", "asf", "mjpeg", "mjpg"}
+COUNT = {"mp4", "m4v", "mov", "3gp", "avi", "AVI", "mxf"}  # say how many pictures they hold
+TELL = COUNT - {"mxf"} | {"mkv", "webm", "wmv", "asf", "flv", "mjpeg", "mjpg"}  # whether cut
 ONCE = {}
 
 
@@ -83,7 +91,7 @@ def test_a_film_is_read_to_its_end(kind, film):
     found = read_film(film)
     assert found.size == (64, 48)
     assert (found.count, found.missing, found.finished) == (0, 0, False)
-    assert found.promised is None or 30 < found.promised < 50
+    assert found.promised == (40 if kind in COUNT else None)
     assert [shift(frame) for frame in found] == list(range(40))
     assert (found.count, found.missing, found.finished) == (40, 0, True)
     assert found.numbers == list(range(1, 41))
@@ -130,7 +138,7 @@ def test_a_film_that_was_cut_is_refused_where_it_can_be_told(kind, film):
             with suppress(CorruptImage):  # some decoders notice that half a picture is there
                 assert [shift(frame) for frame in found][:-1] == list(range(found.count - 1))
             assert 10 < found.count < 41
-            if kind in {"flv", "mxf"} and length < len(whole) - 1:
+            if kind == "mxf" and length < len(whole) - 1:
                 assert found.missing == 40 - found.count
                 assert found.remarks == [f"the film promises 40 pictures and holds {found.count}"]
 
@@ -176,23 +184,56 @@ def test_a_header_that_contradicts_the_times_does_not_tell_the_rate():
     assert video._rate(np.nan, [0.0]) is None
 
 
-def test_a_film_that_promises_too_much_is_read(tmp_path):
-    """The header of ASF counts a pause before its first picture, that of an AVI is made to lie."""
-    writer = cv2.VideoWriter(str(tmp_path / "a.wmv"), cv2.VideoWriter_fourcc(*"WMV2"), 30, (64, 48))
-    for frame in MOVING[:2]:
-        writer.write(frame)
-    writer.release()
+def test_a_film_that_counts_more_pictures_than_it_holds_is_read(tmp_path):
     write_film(tmp_path / "b.avi", np.stack(MOVING))
     content = bytearray((tmp_path / "b.avi").read_bytes())
     for place in (content.find(b"avih") + 24, content.find(b"strh") + 40):  # numbers of pictures
         assert struct.unpack_from("<I", content, place) == (40,)
         struct.pack_into("<I", content, place, 100)
     (tmp_path / "b.avi").write_bytes(content)
-    for name, there, promised in (("a.wmv", 2, 66), ("b.avi", 40, 100)):
-        found = read_video(tmp_path / name)
-        assert len(list(found)) == there
-        assert (found.promised, found.missing) == (promised, promised - there)
-        assert found.remarks == [f"the film promises {promised} pictures and holds {there}"]
+    found = read_video(tmp_path / "b.avi")
+    assert len(list(found)) == 40
+    assert (found.promised, found.missing) == (100, 60)
+    assert found.remarks == ["the film promises 100 pictures and holds 40"]
+
+
+@pytest.mark.parametrize(("ending", "code"), [("wmv", "WMV2"), ("mkv", "mp4v"), ("flv", "FLV1")])
+def test_how_long_a_film_lasts_is_no_promise(ending, code, tmp_path):
+    """The header of ASF counts a pause before its first picture; of other rates it is the same."""
+    path = tmp_path / f"a.{ending}"
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*code), 30, (64, 48))
+    for frame in MOVING[:2]:
+        writer.write(frame)
+    writer.release()
+    found = read_video(path)
+    assert len(list(found)) == 2
+    assert (found.promised, found.missing, found.remarks) == (None, 0, [])
+
+
+@pytest.mark.parametrize(("lasts", "first"), [(4000, 0), (2000, 0), (2000, 20), (1000, 13)])
+def test_a_film_that_was_trimmed_lacks_nothing(lasts, first, tmp_path):
+    """A telephone only notes what to show: the list of edits in an MP4."""
+    write_video(tmp_path / "a.mp4", MOVING, rate=10)
+    content = bytearray((tmp_path / "a.mp4").read_bytes())
+    (ticks,) = struct.unpack_from(">I", content, content.find(b"mdhd") + 16)
+    struct.pack_into(">Ii", content, content.find(b"elst") + 12, lasts, first * ticks // 10)
+    (tmp_path / "a.mp4").write_bytes(content)
+    found = read_video(tmp_path / "a.mp4")
+    assert [shift(frame) for frame in found] == list(range(first, first + lasts // 100))
+    assert found.promised == (40 if lasts == 4000 else None)
+    assert found.remarks == []
+
+
+def test_a_film_in_fragments_counts_nothing(tmp_path):
+    """As browsers and cameras of surveillance write MP4."""
+    write_video(tmp_path / "a.mp4", MOVING, rate=10)
+    content = (tmp_path / "a.mp4").read_bytes()
+    assert containers.counts_pictures(tmp_path / "a.mp4")
+    (tmp_path / "a.mp4").write_bytes(content + struct.pack(">I", 16) + b"moof" + bytes(8))
+    assert not containers.counts_pictures(tmp_path / "a.mp4")
+    at = content.find(b"udta")
+    (tmp_path / "a.mp4").write_bytes(content[:at] + b"mvex" + content[at + 4 :])
+    assert not containers.counts_pictures(tmp_path / "a.mp4")
 
 
 def jpeg(frame: np.ndarray) -> bytes:

@@ -41,7 +41,7 @@ from robot_perception.arms.likelihoods import (
 )
 from robot_perception.beliefs import ParticleSet
 from robot_perception.cameras import Pinhole
-from robot_perception.companion.boxes import check_box, colour_picture
+from robot_perception.companion.boxes import check_box, check_reach, colour_picture
 from robot_perception.companion.cues import patch_histograms
 from robot_perception.companion.faces.detection import FaceDetector
 from robot_perception.extras import needing
@@ -484,12 +484,12 @@ class ArmTracker:
         TypeError
             If the image does not hold bytes.
         ValueError
-            If the image is not in colour or not of the camera's size, no face is found, or the body
-            is too near.
+            If the image is not in colour or not of the camera's size, no face is found or the one
+            that is given lies outside of the picture, or the body is too near.
         """
         checks.generator("rng", rng)
         seen = look(self._picture(image), rules=self.rules.edges)
-        face = find_face(image) if face is None else check_box("face", face)
+        face = find_face(image) if face is None else check_reach("face", face, image)
         model = BodyModel.from_face(face, self.camera, self.measures)
         count = self.rules.particles
         if pose is None:

@@ -155,6 +155,14 @@ def check_box(name: str, box: Any) -> Box:
     return check_boxes(name, checks.array(name, box, (4,))[None])[0]
 
 
+def check_reach(name: str, box: Box, image: np.ndarray) -> Box:
+    """Return a box of which something lies in a picture, or raise a `ValueError`."""
+    box, size = check_box(name, box), image.shape[1::-1]
+    if (box[:2] >= size).any() or (box[:2] + box[2:] <= 0).any():
+        raise ValueError(f"{name} must reach into the picture of {size} px, got {box}")
+    return box
+
+
 def check_boxes(name: str, boxes: Any) -> Boxes:
     """Return boxes with an area, or raise a `ValueError`."""
     found = checks.array(name, boxes, ("n", 4))

@@ -405,9 +405,10 @@ class CompanionRobot:
     def _placed(
         self, image: np.ndarray, box: Box, rng: np.random.Generator
     ) -> RegionState | FaceFilterState | None:
-        """Return what is known of a face that is at a place."""
+        """Return what is known of a face at a place; nothing if that is outside of the picture."""
         if isinstance(self.face_tracking, FaceFilter):
-            return self.face_tracking.start(image, box, rng=rng)
+            there = self.face_tracking.sees(image, box)
+            return self.face_tracking.start(image, box, rng=rng) if there else None
         return None if self.face_tracking is None else self.face_tracking.start(box)
 
     def _above(self, link: Link | None, hand: Box) -> bool:

@@ -4,7 +4,7 @@
 stop at the first that cannot be read. What is written appears whole or not at all.
 """
 
-from robot_perception.datasets.bag_motion import BagMotion, read_bag_motion
+from robot_perception.datasets.bag_motion import BagMotion, read_bag_commands, read_bag_motion
 from robot_perception.datasets.bag_pictures import (
     BagPictures,
     BagStereo,
@@ -12,8 +12,9 @@ from robot_perception.datasets.bag_pictures import (
     read_bag_stereo,
 )
 from robot_perception.datasets.bag_scans import BagScans, read_bag_log, read_bag_scans
-from robot_perception.datasets.bags import bag_topics, is_bag
+from robot_perception.datasets.bags import bag_topics, is_bag, share_topics
 from robot_perception.datasets.boxes import Boxes, read_boxes
+from robot_perception.datasets.calibrations import Calibration, read_calibration
 from robot_perception.datasets.carmen import read_carmen_log
 from robot_perception.datasets.commands import Commands, read_commands
 from robot_perception.datasets.entries import (
@@ -41,16 +42,23 @@ from robot_perception.datasets.mrclam import (
     SurveyedLandmarks,
     read_mrclam,
 )
+from robot_perception.datasets.observed import (
+    DetectionTable,
+    LandmarkTable,
+    read_detections,
+    read_landmarks,
+)
 from robot_perception.datasets.pairs import DepthPair, PlanePair, read_depth_pair, read_plane_pair
 from robot_perception.datasets.pictures import CorruptImage, read_image
+from robot_perception.datasets.plans import write_plan
 from robot_perception.datasets.relations import Relations, read_relations
 from robot_perception.datasets.space_tracks import SpaceTrack, read_space_track, track_format
 from robot_perception.datasets.stereo import (
-    Calibration,
     StereoDrive,
     StereoFeatures,
-    read_calibration,
+    StereoPictures,
     read_kitti,
+    read_stereo,
     read_stereo_features,
 )
 from robot_perception.datasets.store import (
@@ -95,6 +103,7 @@ __all__ = [
     "Dataset",
     "DatasetMissing",
     "DepthPair",
+    "DetectionTable",
     "DownloadError",
     "FileStatus",
     "Film",
@@ -102,6 +111,7 @@ __all__ = [
     "GraphLog",
     "ImageSequence",
     "LandmarkGraph",
+    "LandmarkTable",
     "LaserLog",
     "LegScans",
     "Mrclam",
@@ -114,6 +124,7 @@ __all__ = [
     "SpaceTrack",
     "StereoDrive",
     "StereoFeatures",
+    "StereoPictures",
     "StereoSequence",
     "SurveyedLandmarks",
     "Track",
@@ -128,6 +139,7 @@ __all__ = [
     "is_bag",
     "path",
     "picture_files",
+    "read_bag_commands",
     "read_bag_film",
     "read_bag_log",
     "read_bag_motion",
@@ -139,6 +151,7 @@ __all__ = [
     "read_columns",
     "read_commands",
     "read_depth_pair",
+    "read_detections",
     "read_film",
     "read_fixes",
     "read_graph_log",
@@ -146,22 +159,26 @@ __all__ = [
     "read_images",
     "read_kitti",
     "read_landmark_graph",
+    "read_landmarks",
     "read_leg_scans",
     "read_mrclam",
     "read_plane_pair",
     "read_ranges",
     "read_relations",
     "read_space_track",
+    "read_stereo",
     "read_stereo_features",
     "read_track",
     "read_vehicle",
     "read_video",
     "registry",
+    "share_topics",
     "status",
     "track_format",
     "write_columns",
     "write_kitti",
     "write_mot",
+    "write_plan",
     "write_ply",
     "write_tum",
     "write_video",

@@ -8,16 +8,28 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from robot_perception.checks import flag
+from robot_perception.checks import flag, instance
 from robot_perception.datasets import bags
-from robot_perception.datasets.bag_motion import ODOMETRY, BagMotion, motion_in, mount
-from robot_perception.datasets.bags import Bag, Topics
+from robot_perception.datasets.bag_motion import (
+    MOTIONS,
+    BagMotion,
+    motion_in,
+    motion_topics,
+    moves_by_speeds,
+)
+from robot_perception.datasets.bag_transforms import Frames, frame_name
+from robot_perception.datasets.bags import Bag, Meaning, Topics
 from robot_perception.datasets.logs import CorruptLog, LaserLog, ReadReport
+from robot_perception.datasets.tracks import Track
 from robot_perception.files import reading
 from robot_perception.geometry import se2, wrap_angle
 
-SCAN, CLOUD = "sensor_msgs/msg/LaserScan", "sensor_msgs/msg/PointCloud2"
-LONGEST_GAP = 0.5  # s between two poses of the odometry
+SCAN, ECHOES = "sensor_msgs/msg/LaserScan", "sensor_msgs/msg/MultiEchoLaserScan"
+OLD_CLOUD = "sensor_msgs/msg/PointCloud"
+CLOUDS = "sensor_msgs/msg/PointCloud2", OLD_CLOUD
+SCANS = Meaning("scans", (SCAN, ECHOES, *CLOUDS))
+LONGEST_GAP = 0.5  # s between two poses of the robot
+ONE_CLOCK = 1.0  # s: delays that differ by more are told by two clocks, or one is very late
 LEVEL = np.cos(np.deg2rad(10.0))  # a scanner that is tilted by more measures no plan of the room
 STEPS = 0.2  # by which share the step from beam to beam may be another for a scan to be resampled
 FLAT = 0.05  # m: a cloud whose points are farther from one height is no scan
@@ -43,6 +55,8 @@ class BagScans:
         Where they were found.
     farthest
         What the scanner says is its range, m.
+    delay
+        Usual time from measuring to recording, as the clocks of both show it, s.
     report
         What became of all messages of the bag.
     """
@@ -53,6 +67,7 @@ class BagScans:
     frame: str
     topic: str
     farthest: float
+    delay: float
     report: ReadReport
 
 
@@ -69,15 +84,16 @@ def read_bag_scans(path: str | Path, topic: Topics = None) -> BagScans:
     those whose time stamp does not lie after the one before.
 
     A cloud of points is read where all lie at one height, as scans that were turned into clouds
-    do; 720 beams then take the nearest points in their direction.
+    do; 720 beams then take the nearest points in their direction. Of several echoes the first is
+    taken.
 
     Parameters
     ----------
     path
         The bag, as `is_bag` describes it.
     topic
-        Of ``sensor_msgs/LaserScan`` or ``sensor_msgs/PointCloud2``, or several of which one is;
-        needed where several topics do.
+        Of ``LaserScan``, ``MultiEchoLaserScan``, ``PointCloud2`` or ``PointCloud``, or several of
+        which one is; needed where several topics do. A cloud that is not flat does not.
 
     Raises
     ------
@@ -93,25 +109,33 @@ def read_bag_scans(path: str | Path, topic: Topics = None) -> BagScans:
     """
     topic = bags.check_topic(topic)
     with bags.opened(path) as bag:
-        return _scans_in(bag, topic)
+        return _scans_in(bag, _scan_topic(bag, topic))
 
 
-def read_bag_log(path: str | Path, topic: Topics = None, *, still: bool = False) -> LaserLog:
+def read_bag_log(
+    path: str | Path, topic: Topics = None, *, still: bool = False, way: Track | None = None
+) -> LaserLog:
     """Read laser scans from a ROS bag with the poses that they were taken from.
 
-    The poses are those of the odometry at the times of the scans, between two of them by straight
-    lines, and of the scanner's place on the robot, where the bag tells it (``tf_static``, or a
-    transform that never changes); a scanner that hangs upside down is turned. Scans at whose time
-    there is no odometry within half a second are skipped and counted.
+    The poses are those of the robot, as `read_bag_motion` finds them, at the times of the scans,
+    between two of them by straight lines, and of the scanner's place on the robot, where the bag
+    tells it (``tf_static``, or a transform that never changes); a scanner that hangs upside down is
+    turned. Scans at whose time there is no pose within half a second are skipped and counted.
+
+    Where scans and poses were measured by two clocks, as of a scanner that counts from when it was
+    switched on, both are put on the clock of the recording, and the remarks say so.
 
     Parameters
     ----------
     path
         The bag, as `is_bag` describes it.
     topic
-        Of the scans, as `read_bag_scans` takes it; several may name that of the odometry, too.
+        Of the scans, as `read_bag_scans` takes it; several may name that of the poses, too.
     still
-        Whether a robot without any odometry is taken to stand still; its scanner is the origin.
+        Whether a robot of which the bag tells neither poses nor speeds is taken to stand still; its
+        scanner is the origin.
+    way
+        Poses of the robot from elsewhere, in place of those of the bag.
 
     Returns
     -------
@@ -121,23 +145,46 @@ def read_bag_log(path: str | Path, topic: Topics = None, *, still: bool = False)
     Raises
     ------
     CorruptLog
-        As of `read_bag_scans` and `read_bag_motion`; if there is no odometry at the time of a scan,
-        or the scanner is not level.
+        As of `read_bag_scans` and `read_bag_motion`; if there is no pose at the time of a scan, or
+        the scanner is not level.
     FileNotFoundError
         If there is none.
     """
     topic, still = bags.check_topic(topic), flag("still", still)
+    if way is not None:
+        instance("way", way, Track)
     with bags.opened(path) as bag:
-        scans = _scans_in(bag, topic)
+        frames, name = Frames(bag), _scan_topic(bag, topic)
+        scans = _scans_in(bag, name)
+        if way is not None:
+            return _driven(bag, frames, scans, way, "way", frames.body(scans.frame))
         named = () if isinstance(topic, str) else topic
-        if still and not bag.candidates((ODOMETRY,), named):
-            return _standing(scans)
-        return _driven(bag, scans, motion_in(bag, bag.choose((ODOMETRY,), named)))
+        found, told = motion_topics(bag, named, frames)
+        if still and not found:
+            return _standing(bag, scans)
+        source = bag.only(MOTIONS, found, named=told)
+        scans, motion = _on_one_clock(bag, frames, scans, motion_in(bag, source, frames))
+        return _driven(bag, frames, scans, motion.track(), source, motion.body, motion.report)
 
 
-def _standing(scans: BagScans) -> LaserLog:
+def _scan_topic(bag: Bag, wanted: Topics) -> str:
+    """Return the topic of the scans that are meant."""
+    return bag.choose(SCANS, wanted, lambda topic: _is_flat(bag, topic))
+
+
+def _remarked(scans: BagScans, remark: str) -> BagScans:
+    remarks = (*scans.report.remarks, remark)
+    return replace(scans, report=replace(scans.report, remarks=remarks))
+
+
+def _standing(bag: Bag, scans: BagScans) -> LaserLog:
     """Return scans of a robot that stands still."""
-    remark = "the bag holds no odometry: the robot is taken to stand still"
+    if speeds := moves_by_speeds(bag):
+        raise CorruptLog(
+            f"{bag.path}: no poses, but by {speeds} the robot moves; they must come from elsewhere"
+            " (way=…, in people.py POSES)"
+        )
+    still = "the bag holds neither poses nor speeds: the robot is taken to stand still"
     return LaserLog(
         scans.ranges,
         scans.angles,
@@ -145,29 +192,62 @@ def _standing(scans: BagScans) -> LaserLog:
         np.zeros((len(scans.ranges), 3)),
         scans.times,
         scans.farthest,
-        replace(scans.report, remarks=(*scans.report.remarks, remark)),
+        _remarked(scans, still).report,
     )
 
 
-def _driven(bag: Bag, scans: BagScans, motion: BagMotion) -> LaserLog:
-    """Return scans with the poses that they were taken from."""
-    T = mount(bag, motion.body, scans.frame)
-    remarks = [*scans.report.remarks, *motion.report.remarks]
+def _on_one_clock(
+    bag: Bag, frames: Frames, scans: BagScans, motion: BagMotion
+) -> tuple[BagScans, BagMotion]:
+    """Return scans and poses as they are, or on the clock of the recording if theirs are two.
+
+    They are two if their times are apart, or one was recorded before it was measured.
+    """
+    if abs(scans.delay - motion.delay) <= ONE_CLOCK:
+        return scans, motion
+    both = scans, motion
+    told = " and ".join(f"{one.topic} {bags.span(one.times)}" for one in both)
+    if bags.gap(scans.times, motion.times) <= 0 and min(one.delay for one in both) > -ONE_CLOCK:
+        late = " and ".join(f"{one.topic} {one.delay:.3f} s" for one in both)
+        remark = (
+            f"recorded after they were measured: {late}; if these are two clocks, poses are off"
+        )
+        return _remarked(scans, remark), motion
+    scans = _scans_in(bag, scans.topic, recorded=True)
+    motion = motion_in(bag, motion.topic, frames, recorded=True)
+    if bags.gap(scans.times, motion.times) > 0:
+        raise CorruptLog(f"{bag.path}: {told} have no time in common, nor when they were recorded")
+    remark = f"two clocks, {told}: both were put on that of the recording"
+    return _remarked(scans, remark), motion
+
+
+def _driven(
+    bag: Bag,
+    frames: Frames,
+    scans: BagScans,
+    track: Track,
+    source: str,
+    body: str,
+    also: ReadReport | None = None,
+) -> LaserLog:
+    """Return scans with the poses that they were taken from, and what else became of the bag."""
+    T, remarks = frames.mount(body, scans.frame), [*scans.report.remarks]
+    kept = dict(also.kept) if also else {}
+    remarks += also.remarks if also else ()
     if T is None:
         T = np.eye(4)
         remarks.append(
-            f"the bag does not say where {scans.frame!r} is on {motion.body!r}:"
-            " taken to be the same place"
+            f"the bag does not say where {scans.frame!r} is on {body!r}: taken to be the same place"
         )
     ranges, angles, place = _levelled(bag.path, scans, T)
-    robot, covered = motion.track().at(scans.times, longest_gap=LONGEST_GAP)
+    robot, covered = track.at(scans.times, longest_gap=LONGEST_GAP)
     if not covered.any():
         raise CorruptLog(
-            f"{bag.path}: no odometry of {motion.topic} at the time of a scan of {scans.topic}"
+            f"{bag.path}: no pose of {source} ({bags.span(track.times)}) at the time of a scan of"
+            f" {scans.topic} ({bags.span(scans.times)})"
         )
     if lost := np.count_nonzero(~covered):
-        remarks.append(f"{scans.topic}: {lost} scans skipped, no odometry at their time")
-    kept = {scans.topic: int(covered.sum()), motion.topic: len(motion.times)}
+        remarks.append(f"{scans.topic}: {lost} scans skipped, no pose of {source} at their time")
     return LaserLog(
         ranges[covered],
         angles,
@@ -175,41 +255,62 @@ def _driven(bag: Bag, scans: BagScans, motion: BagMotion) -> LaserLog:
         robot[covered],
         scans.times[covered],
         scans.farthest,
-        bag.report(kept, remarks),
+        bag.report({scans.topic: int(covered.sum())} | kept, remarks),
     )
 
 
-def _scans_in(bag: Bag, wanted: Topics) -> BagScans:
-    """Read the scans of an open bag."""
-    topic = bag.choose((SCAN, CLOUD), wanted)
-    messages = list(bag.messages(topic, (SCAN, CLOUD)))
-    stamps, logged, contents = zip(*messages, strict=True)
-    times, kept, remarks = bags.rising(bag.path, topic, stamps, logged)
-    contents = [content for content, good in zip(contents, kept, strict=True) if good]
-    frames = sorted({content.header.frame_id.lstrip("/") for content in contents})
-    if len(frames) > 1:
-        raise CorruptLog(f"{bag.path}: {topic} holds scans of several frames: {', '.join(frames)}")
-    found = []
-    for number, content in enumerate(contents, start=1):
-        read = _of_scan if content.__msgtype__ == SCAN else _of_cloud
-        found.append(read(f"{bag.path}: scan {number} of {topic}", content))
+def _scans_in(bag: Bag, topic: str, *, recorded: bool = False) -> BagScans:
+    """Read the scans of a topic of an open bag."""
+    stamps, logged, contents = zip(*bag.messages(topic, SCANS.kinds), strict=True)
+    told = bags.rising(bag.path, topic, stamps, logged, recorded=recorded)
+    contents = [content for content, good in zip(contents, told.kept, strict=True) if good]
+    names = sorted({frame_name(content.header.frame_id) for content in contents})
+    if len(names) > 1:
+        raise CorruptLog(f"{bag.path}: {topic} holds scans of several frames: {', '.join(names)}")
+    found = [
+        _read(f"{bag.path}: scan {number} of {topic}", content)
+        for number, content in enumerate(contents, start=1)
+    ]
     ranges, angles, good, more = _on_the_same_beams(topic, found)
     return BagScans(
-        times[kept][good] / 1e9,
+        told.times[told.kept][good] / 1e9,
         ranges,
         angles,
-        frames[0],
+        names[0],
         topic,
-        max((float(one.range_max) for one in contents if one.__msgtype__ == SCAN), default=np.inf),
-        bag.report({topic: int(good.sum())}, [*remarks, *more]),
+        max(
+            (float(one.range_max) for one in contents if hasattr(one, "range_max")), default=np.inf
+        ),
+        told.delay / 1e9,
+        bag.report({topic: int(good.sum())}, [*told.remarks, *more]),
     )
+
+
+def _read(which: str, content: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return the readings of a message and the directions of their beams, rising."""
+    read = _of_cloud if content.__msgtype__ in CLOUDS else _of_scan
+    return read(which, content)
+
+
+def _is_flat(bag: Bag, topic: str) -> bool:
+    """Tell whether the first message of a topic is a scan, or a cloud as flat as one."""
+    content = bag.first(topic, SCANS)
+    if content.__msgtype__ in CLOUDS:
+        try:
+            _of_cloud(topic, content)
+        except CorruptLog:
+            return False
+    return True
 
 
 def _of_scan(which: str, scan: Any) -> tuple[np.ndarray, np.ndarray]:
     """Return the readings of a scan and the directions of its beams, rising."""
     first, step = float(scan.angle_min), float(scan.angle_increment)
     nearest, farthest = float(scan.range_min), float(scan.range_max)
-    ranges = np.array(scan.ranges, dtype=float)
+    readings = scan.ranges
+    if scan.__msgtype__ == ECHOES:
+        readings = [one.echoes[0] if len(one.echoes) else np.nan for one in readings]
+    ranges = np.array(readings, dtype=float)
     if not np.isfinite([first, step]).all() or not step or not ranges.size:
         raise CorruptLog(f"{which} has {ranges.size} beams from {first:g} rad in steps of {step:g}")
     if not farthest > max(nearest, 0.0):
@@ -242,6 +343,8 @@ def _of_cloud(which: str, cloud: Any) -> tuple[np.ndarray, np.ndarray]:
 
 def _points(cloud: Any) -> Float[np.ndarray, "n 3"]:
     """Return the points of a cloud, those that are not finite too."""
+    if cloud.__msgtype__ == OLD_CLOUD:
+        return np.array([[at.x, at.y, at.z] for at in cloud.points]).reshape(-1, 3)
     order = ">" if cloud.is_bigendian else "<"
     fields = {field.name: field for field in cloud.fields if field.name in ("x", "y", "z")}
     layout = {

@@ -1,12 +1,12 @@
 """ROS bags: the topics in them, and their messages with the times at which they were measured."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple, final
 
 import numpy as np
-from jaxtyping import Bool, Int
+from jaxtyping import Bool, Float, Int
 
 from robot_perception.checks import instance, instances
 from robot_perception.datasets.logs import CorruptLog, ReadReport, as_path
@@ -22,6 +22,7 @@ METADATA = "metadata.yaml"
 TELLTALE = b"rosbag2_bagfile_information"  # the first key of that file
 SQLITE, LARGEST_PAGE = b"SQLite format 3\0", 65536  # bytes, of which the header says 1
 SET_BACK = 10**9  # ns: a clock that falls by more was set, or the recording was played twice
+STEADY = 10**8  # ns: by how much the delay of half of the messages may differ from the usual one
 DAMAGED = "no ROS bag, or a damaged one"
 NOT_AFTER = "time stamp not after the one before"
 UNSTAMPED = "without time stamp"
@@ -61,6 +62,55 @@ def bag_topics(path: str | Path) -> dict[str, str]:
         return {name: " or ".join(kinds) for name, kinds in bag.topics.items()}
 
 
+def share_topics(topics: Sequence[str], *paths: str | Path | None) -> tuple[tuple[str, ...], ...]:
+    """Return for each of several files which of some topics it holds.
+
+    Parameters
+    ----------
+    topics
+        Their names.
+    paths
+        The files, of which some may be bags, and some none at all. Where one is a bag or none is,
+        all topics are meant for each.
+
+    Raises
+    ------
+    CorruptLog
+        If one of the topics is in none of several bags, or a bag is damaged.
+    FileNotFoundError
+        If there is no such bag.
+    """
+    topics = instances("topics", instance("topics", topics, list, tuple), str)
+    files = [path if path is None else as_path(path, "paths") for path in paths]
+    there = {path: bag_topics(path) for path in files if path is not None and is_bag(path)}
+    if len(topics) < 2 or len([path for path in files if path in there]) < 2:
+        return (tuple(topics),) * len(files)
+    names = {path: {name.strip("/") for name in found} for path, found in there.items()}
+    shared = tuple(
+        tuple(name for name in topics if _topic(name).strip("/") in names.get(path, ()))
+        for path in files
+    )
+    for name in topics:
+        if not any(name in held for held in shared):
+            raise CorruptLog(f"topic {name!r} is not in {' or '.join(map(str, there))}")
+    return shared
+
+
+class Meaning(NamedTuple):
+    """What messages of several types have in common.
+
+    Parameters
+    ----------
+    name
+        What they are.
+    kinds
+        The types, of which none goes before another.
+    """
+
+    name: str
+    kinds: tuple[str, ...]
+
+
 class Stamped(NamedTuple):
     """A message of a bag.
 
@@ -97,49 +147,97 @@ class Bag:
         self.topics: dict[str, tuple[str, ...]] = {}
         """The types of each topic's messages, of topics that have any."""
         self.counts: dict[str, int] = {}
+        self.remarks: list[str] = []
+        """Sentences on which topics were taken without being named."""
         for one in sorted(reader.connections, key=lambda one: one.topic):
             if one.msgcount:
                 kinds = {*self.topics.get(one.topic, ()), one.msgtype}
                 self.topics[one.topic] = tuple(sorted(kinds))
                 self.counts[one.topic] = self.counts.get(one.topic, 0) + one.msgcount
 
-    def choose(self, kinds: Sequence[str], wanted: Topics) -> str:
-        """Return the topic that is meant, of those that hold one of some types.
+    def choose(
+        self, meaning: Meaning, wanted: Topics, fits: Callable[[str], bool] | None = None
+    ) -> str:
+        """Return the topic that is meant, of those that hold messages of a meaning.
 
-        Where none of these types is named, the topics of the first type that is there are meant.
+        One that was not named is named in the remarks.
+
+        Parameters
+        ----------
+        meaning
+            Of the messages.
+        wanted
+            The topics that are named.
+        fits
+            Whether a topic would do, where none is named; if none does, all are meant.
 
         Raises
         ------
         CorruptLog
             If a topic that is named is not there or of another type, or none or several would do.
         """
-        found = self.candidates(kinds, wanted)
+        named = any(self.holds(name, meaning) for name, _ in self.named(wanted))
+        return self.only(meaning, self.candidates(meaning, wanted, fits), named=named)
+
+    def only(self, meaning: Meaning, found: Sequence[str], *, named: bool) -> str:
+        """Return the one topic that was found, or raise `CorruptLog`; say which, if nobody did."""
         if len(found) == 1:
+            if not named:
+                self.remarks.append(f"{meaning.name} of {found[0]}")
             return found[0]
-        names = " or ".join(map(short, kinds))
         if not found:
-            raise CorruptLog(f"{self.path}: no topic holds {names}; it has {self._told()}")
+            kinds = ", ".join(map(short, meaning.kinds))
+            raise CorruptLog(
+                f"{self.path}: no topic holds {meaning.name} ({kinds}); it has {self._told()}"
+            )
         raise CorruptLog(
-            f"{self.path}: {len(found)} topics hold {names}: {', '.join(found)};"
-            " say which (topic=…, in a script --topic)"
+            f"{self.path}: {len(found)} topics hold {meaning.name}:"
+            f" {', '.join(map(self._described, found))};"
+            " say which (topic=…, in a script --topic; of two files one for each)"
         )
 
-    def candidates(self, kinds: Sequence[str], wanted: Topics) -> list[str]:
+    def candidates(
+        self, meaning: Meaning, wanted: Topics, fits: Callable[[str], bool] | None = None
+    ) -> list[str]:
         """Return the topics that may be meant, as `choose` looks for them."""
-        named = dict.fromkeys([wanted] if isinstance(wanted, str) else wanted or ())
-        there = {name.strip("/"): name for name in self.topics}
-        for name in named:
-            if name.strip("/") not in there:
-                told = f"topic {name!r} is not in this bag, which has {self._told()}"
-                raise CorruptLog(f"{self.path}: {told}")
-        meant = [there[name.strip("/")] for name in named]
-        found = [name for name in meant if {*kinds} & {*self.topics[name]}]
+        named = [name for name, _ in self.named(wanted)]
+        found = [name for name in named if self.holds(name, meaning)]
         if isinstance(wanted, str) and not found:
-            holds = " or ".join(map(short, self.topics[meant[0]]))
-            names = " or ".join(map(short, kinds))
-            raise CorruptLog(f"{self.path}: topic {wanted!r} holds {holds}, not {names}")
-        by_kind = ([name for name in self.topics if kind in self.topics[name]] for kind in kinds)
-        return found or next(filter(None, by_kind), [])
+            holds = " or ".join(map(short, self.topics[named[0]]))
+            kinds = ", ".join(map(short, meaning.kinds))
+            raise CorruptLog(
+                f"{self.path}: topic {wanted!r} holds {holds}, not {meaning.name} ({kinds})"
+            )
+        if found:
+            return found
+        found = [name for name in self.topics if self.holds(name, meaning)]
+        return [name for name in found if fits is None or fits(name)] or found
+
+    def named(self, wanted: Topics) -> list[tuple[str, str]]:
+        """Return the topics that are named, each with what follows it after a colon.
+
+        Raises
+        ------
+        CorruptLog
+            If one of them is not there.
+        """
+        there = {name.strip("/"): name for name in self.topics}
+        found = []
+        for name in dict.fromkeys([wanted] if isinstance(wanted, str) else wanted or ()):
+            topic, _, more = name.partition(":")
+            if topic.strip("/") not in there:
+                told = f"topic {topic!r} is not in this bag, which has {self._told()}"
+                raise CorruptLog(f"{self.path}: {told}")
+            found.append((there[topic.strip("/")], more))
+        return found
+
+    def holds(self, topic: str, meaning: Meaning) -> bool:
+        """Tell whether a topic holds messages of a meaning."""
+        return not {*meaning.kinds}.isdisjoint(self.topics[topic])
+
+    def first(self, topic: str, meaning: Meaning) -> Any:
+        """Return the fields of the first message of a topic."""
+        return next(self.messages(topic, meaning.kinds)).content
 
     def messages(self, topic: str, kinds: Sequence[str]) -> Iterator[Stamped]:
         """Yield the messages of a topic in the order in which they were recorded.
@@ -167,11 +265,17 @@ class Bag:
         others = {name: count for name, count in self.counts.items() if name not in kept}
         left = {f"{name}, skipped": self.counts[name] - count for name, count in kept.items()}
         others |= {name: count for name, count in left.items() if count}
-        return ReadReport(self.path, kept, others, "messages", tuple(remarks))
+        told = dict.fromkeys([*self.remarks, *remarks])
+        return ReadReport(self.path, kept, others, "messages", tuple(told))
 
     def _told(self) -> str:
-        told = [f"{name} ({' or '.join(map(short, self.topics[name]))})" for name in self.topics]
-        return ", ".join(told) or "no message at all"
+        return ", ".join(map(self._described, self.topics)) or "no message at all"
+
+    def _described(self, name: str) -> str:
+        """Return the name of a topic with its types and the number of its messages."""
+        kinds = " or ".join(map(short, self.topics[_topic(name)]))
+        count = self.counts[_topic(name)]
+        return f"{name} ({kinds}, {count} {'message' if count == 1 else 'messages'})"
 
 
 @contextmanager
@@ -207,9 +311,35 @@ def check_topic(topic: Topics) -> Topics:
     return instances("topic", topic, str)
 
 
+class Times(NamedTuple):
+    """When the messages of a topic were measured.
+
+    Parameters
+    ----------
+    times : (n,)
+        ns.
+    kept : (n,)
+        Whether a message has a time, and it lies after those before.
+    delay
+        Usual time from measuring to recording, as the clocks of both show it, ns.
+    remarks
+        Sentences on messages that are not kept.
+    """
+
+    times: Int[np.ndarray, " n"]
+    kept: Bool[np.ndarray, " n"]
+    delay: int
+    remarks: list[str]
+
+
 def rising(
-    path: Path, topic: str, stamps: Sequence[int], logged: Sequence[int]
-) -> tuple[Int[np.ndarray, " n"], Bool[np.ndarray, " n"], list[str]]:
+    path: Path,
+    topic: str,
+    stamps: Sequence[int],
+    logged: Sequence[int],
+    *,
+    recorded: bool = False,
+) -> Times:
     """Return the times of messages, and which of them rise.
 
     Parameters
@@ -219,24 +349,17 @@ def rising(
     stamps, logged
         When they were measured and recorded, ns. If none says when it was measured, the times of
         recording are taken.
-
-    Returns
-    -------
-    times : (n,)
-        ns.
-    kept : (n,)
-        Whether a message has a time, and it lies after those before.
-    remarks
-        Sentences on the others.
+    recorded
+        Whether to put the times on the clock of the recording, by the usual delay.
 
     Raises
     ------
     CorruptLog
-        If no message is kept, or time falls by more than a second.
+        If no message is kept, time falls by more than a second, or the two clocks run apart.
     """
-    times, remarks = np.array(stamps, dtype=np.int64), []
+    times, written, remarks = *np.array([stamps, logged], dtype=np.int64), []
     if not times.any():
-        times = np.array(logged, dtype=np.int64)
+        times = written
         remarks.append(f"{topic}: no time stamps, so the times of recording were taken")
     there = times != 0
     before = np.maximum.accumulate(np.concatenate([[0], np.where(there, times, 0)[:-1]]))
@@ -253,12 +376,31 @@ def rising(
             remarks.append(f"{topic}: {count} messages skipped, {reason}")
     if not kept.any():
         raise CorruptLog(f"{path}: {topic} holds no message with a time")
-    return times, kept, remarks
+    delays = (written - times)[kept]
+    delay = int(np.median(delays))
+    if recorded and np.median(np.abs(delays - delay)) > STEADY:
+        raise CorruptLog(f"{path}: the clock of {topic} runs unlike that of the recording")
+    return Times(times + delay * recorded, kept, delay, remarks)
+
+
+def gap(first: Float[np.ndarray, " k"], second: Float[np.ndarray, " m"]) -> float:
+    """Return how far two series of times, rising, are apart, s; below 0 where they overlap."""
+    return float(max(first[0], second[0]) - min(first[-1], second[-1]))
+
+
+def span(times: Float[np.ndarray, " k"]) -> str:
+    """Return from when to when times, rising, reach, in words."""
+    return f"from {times[0]:.3f} to {times[-1]:.3f} s"
 
 
 def short(kind: str) -> str:
     """Return the name of a type of messages without its package."""
     return kind.rpartition("/")[2]
+
+
+def _topic(name: str) -> str:
+    """Return the topic in a name that may go on with frames after a colon."""
+    return name.partition(":")[0]
 
 
 def _nanoseconds(content: Any) -> int:

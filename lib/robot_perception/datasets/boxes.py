@@ -9,7 +9,7 @@ from jaxtyping import Float, Int64
 
 from robot_perception.checks import integers
 from robot_perception.datasets.logs import CorruptLog, as_path
-from robot_perception.datasets.tables import read_columns
+from robot_perception.datasets.tables import read_rows
 
 LIMITS = {"frame": 1e6, "x": 1e5, "y": 1e5, "w": 1e5, "h": 1e5}
 
@@ -58,15 +58,12 @@ def read_boxes(path: str | Path, numbers: Sequence[int] | None = None) -> Boxes:
     path = as_path(path)
     if numbers is not None:
         numbers = integers("numbers", numbers, ("n",))
-    columns = read_columns(path, LIMITS, integers=("frame",))
-    frames = columns["frame"]
-    if (np.diff(frames) <= 0).any():
-        k = int(np.argmax(np.diff(frames) <= 0))
-        raise CorruptLog(f"{path}: frames must rise, got {frames[k]} before {frames[k + 1]}")
+    rows = read_rows(path, LIMITS, integers=("frame",))
+    rows.check_order("frame", "frames", rising=True)
+    columns, frames = rows.columns, rows.columns["frame"]
     boxes = np.stack([columns["x"] - 1, columns["y"] - 1, columns["w"], columns["h"]], axis=1)
     flat = (boxes[:, 2:] <= 0).any(axis=1)
-    if flat.any():
-        raise CorruptLog(f"{path}: the box of frame {frames[int(np.argmax(flat))]} has no area")
+    rows.check(flat, lambda k: f"the box of frame {frames[k]} has no area")
     if numbers is not None and not np.array_equal(frames, numbers):
         alone = np.setxor1d(frames, numbers)
         what = f"such as {alone[0]}" if alone.size else "in another order"

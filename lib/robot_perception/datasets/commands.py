@@ -10,7 +10,7 @@ from jaxtyping import Float
 from robot_perception.datasets import limits
 from robot_perception.datasets.bags import Topics, check_topic, is_bag
 from robot_perception.datasets.logs import ReadReport
-from robot_perception.datasets.tables import read_columns
+from robot_perception.datasets.tables import read_rows
 from robot_perception.fields import checked
 
 LARGEST = {"time_s": np.inf, "speed_m_s": 50, "turn_rate_rad_s": 20}
@@ -45,13 +45,13 @@ class Commands:
 
 
 def read_commands(path: str | Path, *, time_unit: str = "s", topic: Topics = None) -> Commands:
-    """Read the velocities of a robot from CSV, plain or gzip, or from the odometry of a ROS bag.
+    """Read the velocities of a robot from CSV, plain or gzip, or from a ROS bag.
 
     Parameters
     ----------
     path
-        CSV with the columns ``time_s, speed_m_s, turn_rate_rad_s``, or a bag, as `read_bag_motion`
-        reads it.
+        CSV with the columns ``time_s, speed_m_s, turn_rate_rad_s``, or a bag, as
+        `read_bag_commands` reads it.
     time_unit
         What a table counts time in: ``"s"``, ``"ms"``, ``"us"`` or ``"ns"``. Bags tell.
     topic
@@ -61,14 +61,16 @@ def read_commands(path: str | Path, *, time_unit: str = "s", topic: Topics = Non
     ------
     CorruptLog
         If the file is empty or damaged, a column is missing, times are in another unit, a number is
-        beyond 50 m/s or 20 rad/s, or a bag does not hold velocities.
+        beyond 50 m/s or 20 rad/s, times fall, or a bag does not hold velocities.
     FileNotFoundError
         If there is no such file.
     """
     topic = check_topic(topic)
     if is_bag(path):
-        from robot_perception.datasets.bag_motion import read_bag_motion  # which makes commands
+        from robot_perception.datasets.bag_motion import read_bag_commands  # which makes commands
 
-        return read_bag_motion(path, topic).commands()
-    times, *velocities = read_columns(path, LARGEST, time_unit=time_unit).values()
+        return read_bag_commands(path, topic)
+    rows = read_rows(path, LARGEST, time_unit=time_unit)
+    rows.check_order("time_s", "times")
+    times, *velocities = rows.columns.values()
     return Commands(times, np.column_stack(velocities))

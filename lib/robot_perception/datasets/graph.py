@@ -8,8 +8,9 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from robot_perception.datasets import limits, logs
+from robot_perception.datasets.carmen import SCAN, laser_fields, robot_scan
 from robot_perception.datasets.logs import LaserLog, Lines
-from robot_perception.datasets.tracks import UNIT_LENGTH, headings
+from robot_perception.datasets.poses import UNIT_LENGTH, headings
 
 IN_SPACE = b"VERTEX_SE3:QUAT", b"EDGE_SE3:QUAT"
 POSE_LENGTH = {  # x y theta, or x y z qx qy qz qw
@@ -21,10 +22,7 @@ POSE_LENGTH = {  # x y theta, or x y z qx qy qz qw
     b"EDGE_SE3:QUAT": 7,
 }
 VERTICES = tuple(keyword for keyword in POSE_LENGTH if keyword.startswith(b"VERTEX"))
-SCAN = b"ROBOTLASER1"
 FLAT = 1e-3  # of a pose in the plane: height in m, and sines of half the roll and pitch
-HEADER = 9  # keyword type start fov resolution maxrange accuracy mode n
-TAIL = 14  # lx ly ltheta x y theta tv rv fs ss ta t host t
 
 # Upper triangle of the information matrix: TORO writes xx xy yy tt xt yt, g2o xx xy xt yy yt tt and
 # in space, by rows, that of x y z qx qy qz, where qz of a small turn is half of it.
@@ -127,12 +125,10 @@ def read_graph_log(
     for words in lines.of(SCAN, *POSE_LENGTH):
         if words[0] == SCAN:
             if place is None or lines.place != place + 1:
-                raise lines.error("no vertex stands right before the scan")
-            scans.append(_parse_scan(lines, words))
-            if scans[-1].readings.size != scans[0].readings.size:
-                raise lines.error(logs.OTHER_BEAMS)
-            if scans[-1].field != scans[0].field:
-                raise lines.error("its first angle or resolution differs from the first scan's")
+                raise lines.error(
+                    f"no vertex stands right before the scan{'' if vertices else LOG}"
+                )
+            scans.append(robot_scan(lines, words, scans[:1]))
             owners.append(len(vertices) - 1)
             place = lines.place
         elif words[0] in VERTICES:
@@ -150,14 +146,11 @@ def read_graph_log(
     lost = [edge.line for edge in edges if not rows.keys() >= set(edge.ends)]
     if lost:  # only now: edges may stand before their vertices
         raise lines.error("one of its vertices is not in the log", lost[0])
-    start, resolution = scans[0].field
-    readings, tails = [scan.readings for scan in scans], [scan.tail for scan in scans]
-    angles = start + resolution * np.arange(readings[0].size)
     how = {"max_range": max_range, "timed": timed, "time_unit": time_unit}
     poses = np.array([vertex.pose for vertex in vertices])
     lines.check(poses, [vertex.line for vertex in vertices], *POSE_CHECKS)
     return GraphLog(
-        **logs.make_laser_log(lines, readings, angles, tails, **how),
+        **laser_fields(lines, scans, **how),
         vertex_ids=np.array(list(rows)),
         vertices=poses,
         scan_vertices=np.array(owners),
@@ -167,15 +160,10 @@ def read_graph_log(
     )
 
 
+LOG = ", nor any before; a CARMEN log has none: read_carmen_log, in a script carmen"
 NOT_FLAT = "it does not lie in one plane with the others, and scans make no map of planes in space"
 POSE_CHECKS = limits.far_places(0, 1), *limits.no_headings(2)
 MOTION_CHECKS = limits.far_places(0, 1), limits.wide_angles(2)
-
-
-class _Scan(NamedTuple):
-    field: tuple[float, float]  # first angle and resolution
-    readings: Float[np.ndarray, " beams"]
-    tail: tuple[int, Float[np.ndarray, "12"]]  # line; lx ly ltheta x y theta tv rv fs ss ta t
 
 
 class _Vertex(NamedTuple):
@@ -189,16 +177,6 @@ class _Edge(NamedTuple):
     ends: tuple[int, int]
     motion: Float[np.ndarray, "3"]
     information: Float[np.ndarray, "3 3"]
-
-
-def _parse_scan(lines: Lines, words: list[bytes]) -> _Scan:
-    end = HEADER + lines.integer(words, HEADER - 1, least=1)
-    lines.expect(words, end + 1 + lines.integer(words, end) + TAIL)
-    head = lines.numbers(words[1:HEADER])
-    lines.check(head[None], [lines.number], limits.wide_angles(1, 3))
-    tail = lines.numbers(words[end:-2])[2 - TAIL :]  # without host and the logger's own clock
-    field = float(head[1]), float(head[3])
-    return _Scan(field, lines.readings(words[HEADER:end]), (lines.number, tail))
 
 
 def _parse_edge(lines: Lines, words: list[bytes]) -> _Edge:

@@ -1,5 +1,6 @@
 """Sequences of pictures: in the order of their numbers, each read when it is asked for."""
 
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
@@ -15,7 +16,8 @@ from jaxtyping import UInt8
 from robot_perception.checks import flag, instance, number, whole
 from robot_perception.datasets.logs import as_path
 from robot_perception.datasets.names import numbering
-from robot_perception.datasets.pictures import CorruptImage, read_image
+from robot_perception.datasets.pictures import READ, UNREAD, CorruptImage, read_image
+from robot_perception.datasets.stamps import times_beside
 
 ENDINGS = (
     ".png",
@@ -54,6 +56,8 @@ class ImageSequence:
         Files that were beside them and are none of them.
     composed
         Whether a number is put together from several, so that its steps are uneven.
+    remarks
+        Sentences on where the times are from.
 
     Raises
     ------
@@ -70,11 +74,12 @@ class ImageSequence:
     times: tuple[float, ...] | None = None
     skipped: tuple[Path, ...] = ()
     composed: bool = False
+    remarks: tuple[str, ...] = ()
     size: tuple[int, int] = field(init=False)
     """Width and height, px."""
 
     def __post_init__(self) -> None:
-        kinds = {"paths": (str, Path), "numbers": (int,), "skipped": (str, Path)}
+        kinds = {"paths": (str, Path), "numbers": (int,), "skipped": (str, Path), "remarks": (str,)}
         for name in kinds:
             for value in instance(name, getattr(self, name), tuple):
                 instance(name, value, *kinds[name])
@@ -101,7 +106,7 @@ class ImageSequence:
         """Read one picture, or return a part of the sequence."""
         if isinstance(at, slice):
             times = self.times and self.times[at]
-            kept = self.colour, times, self.skipped, self.composed
+            kept = self.colour, times, self.skipped, self.composed, self.remarks
             return ImageSequence(self.paths[at], self.numbers[at], *kept)
         path = self.paths[whole("at", at)]
         picture = read_image(path, colour=self.colour)
@@ -115,6 +120,11 @@ class ImageSequence:
 
     def __iter__(self) -> Iterator[UInt8[np.ndarray, "..."]]:
         return (self[at] for at in range(len(self)))
+
+    @property
+    def counts(self) -> tuple[int, ...]:
+        """Numbers that count the pictures: their own, from 0 where these count nothing."""
+        return tuple(range(len(self.numbers))) if self.composed else self.numbers
 
     @property
     def gaps(self) -> tuple[range, ...]:
@@ -226,7 +236,7 @@ def gallery_files(
         people[person.name], others = picture_files(person)
         skipped += others
         if not people[person.name]:
-            raise CorruptImage(f"{person}: no file is a picture")
+            raise CorruptImage(f"{person}: no file is a picture{_unread(others)}")
     if not people:
         raise CorruptImage(f"{folder}: the gallery needs a folder for each person")
     return people, tuple(skipped)
@@ -243,7 +253,9 @@ def read_images(
 
     The number that counts is the one that changes from name to name: whole or decimal, such as the
     time stamp 1305031102.175304 with six decimals, which then is counted in microseconds. If
-    several change, the first counts first.
+    several change, the first counts first. Where the names tell no times, or only times of day, a
+    file beside the pictures or their folder may, such as KITTI's ``times.txt``: see
+    `stamps.times_beside`.
 
     Parameters
     ----------
@@ -268,10 +280,15 @@ def read_images(
     files, skipped = picture_files(folder, pattern)
     allow_gaps = flag("allow_gaps", allow_gaps)
     if not files:
-        fits = "is a picture" if pattern is None else f"fits pattern {pattern!r}"
+        fits = f"fits pattern {pattern!r}" if pattern else f"is a picture{_unread(skipped)}"
         raise CorruptImage(f"{folder}: no file {fits}")
-    paths, numbers, times, composed = numbering(files)
-    sequence = ImageSequence(paths, numbers, colour, times, skipped, composed)
+    found = numbering(files)
+    paths, numbers, times, composed, dated = found
+    told = times_beside(as_path(folder, "folder"), found) if dated or not times else None
+    if told and told.times:
+        times, skipped = told.times, tuple(path for path in skipped if path != told.path)
+    remarks = (told.remark,) if told else ()
+    sequence = ImageSequence(paths, numbers, colour, times, skipped, composed, remarks)
     if sequence.gaps and not allow_gaps:
         raise CorruptImage(
             f"{folder}: pictures between {numbers[0]} and {numbers[-1]} are missing:"
@@ -279,6 +296,13 @@ def read_images(
             " allow_gaps=True reads the others)"
         )
     return sequence
+
+
+def _unread(files: Iterable[Path]) -> str:
+    """Return which formats that are not read files are in, as the end of a sentence."""
+    forms = [UNREAD[file.suffix.lower()] for file in files if file.suffix.lower() in UNREAD]
+    counts = ", ".join(f"{count} in {form}" for form, count in Counter(forms).items())
+    return f" that is read, but {counts}; {READ}" if forms else ""
 
 
 def name_gaps(gaps: tuple[range, ...]) -> str:

@@ -143,8 +143,12 @@ def _scans(path: Path, arrays: dict[str, np.ndarray], marked: bool, time_unit: s
         raise ValueError(f"range_max must be above range_min, got {farthest:g} and {nearest:g}")
     checks.positive("angle_increment", float(step))
     times = checks.array("stamp", arrays["stamp"], ("scans",))
-    if not times.size or (np.diff(times) <= 0).any():
-        raise ValueError("stamp must rise, one at least")
+    if not times.size:
+        raise ValueError("stamp must hold one time at least, got none")
+    if (np.diff(times) <= 0).any():
+        k = int(np.argmax(np.diff(times) <= 0))
+        two = f"{times[k]:.15g} before {times[k + 1]:.15g}"
+        raise ValueError(f"stamp must rise, got {two} in scan {k + 2}")
     times = in_seconds(path, times, time_unit)
     ranges = checks.array("ranges", arrays["ranges"], (len(times), "beams"), finite=False)
     nothing = ~((ranges >= nearest) & (ranges <= min(farthest, FARTHEST)) & (ranges > 0))
@@ -156,8 +160,11 @@ def _scans(path: Path, arrays: dict[str, np.ndarray], marked: bool, time_unit: s
     if not marked:
         return LegScans(times, ranges, angles, *_unmarked())
     rows = checks.integers("leg_scan", arrays["leg_scan"], ("legs",), 0)
-    if (np.diff(rows) < 0).any() or rows.max(initial=0) >= len(times):
-        raise ValueError(f"leg_scan must not fall, and be below {len(times)}")
+    bad = np.append(False, np.diff(rows) < 0) | (rows >= len(times))
+    if bad.any():
+        k = int(np.argmax(bad))
+        told = f"got {rows[k]} in row {k + 1}"
+        raise ValueError(f"leg_scan must not fall, and be below {len(times)}, {told}")
     legs = checks.array("leg_xy", arrays["leg_xy"], (len(rows), 2))
     low, high, reach = checks.vector("label_sector_deg_m", arrays["label_sector_deg_m"], 3)
     sector = Sector(float(np.deg2rad(low)), float(np.deg2rad(high)), float(reach))

@@ -35,7 +35,7 @@ TURN = 2 * np.pi + 1e-3  # rad: a full turn of a sensor that counts in float32, 
 MOST_TURNS, LARGEST_JUMP = 20, 1.5  # turns
 
 Check = tuple[str, Callable[[np.ndarray], np.ndarray]]
-"""Why rows of a table are bad, and which are."""
+"""Why rows of a table are bad, and which rows are, or which of their values."""
 
 
 def per_second(time_unit: Any) -> int:
@@ -48,12 +48,16 @@ def time_fault(times: Float[np.ndarray, "*k"], time_unit: str) -> str:
     fault = _fault(times / UNITS[time_unit])
     if not fault:
         return ""
-    others = [unit for unit in UNITS if unit != time_unit and not _fault(times / UNITS[unit])]
-    if not others:
+    unit = likely_unit(times)
+    if not unit:
         return f"{fault}, which no recording does"
-    unit = min(others, key=lambda unit: _strangeness(times / UNITS[unit]))
-    hint = f"time_unit={unit!r} (in a script: --time-unit {unit})"
-    return f"{fault}; these times look like {NAMES[unit]}: {hint}"
+    return f"{fault}; these times look like {NAMES[unit]} (time_unit={unit!r})"
+
+
+def likely_unit(times: Float[np.ndarray, "*k"]) -> str:
+    """Return the unit in which numbers would most likely be times; nothing if in none."""
+    units = [unit for unit in UNITS if not _fault(times / UNITS[unit])]
+    return min(units, key=lambda unit: _strangeness(times / UNITS[unit]), default="")
 
 
 def in_order(name: str, times: Float[np.ndarray, " k"]) -> Float[np.ndarray, " k"]:
@@ -70,7 +74,7 @@ def far_places(*columns: int) -> Check:
     columns = list(columns)
     return (
         f"a place lies beyond {FARTHEST:g} m: are these metres?",
-        lambda rows: (np.abs(rows[:, columns]) > FARTHEST).any(axis=1),
+        lambda rows: _beyond(rows, columns, FARTHEST),
     )
 
 
@@ -79,7 +83,7 @@ def wide_angles(*columns: int) -> Check:
     columns = list(columns)
     return (
         "an angle is beyond a full turn: are these radians?",
-        lambda rows: (np.abs(rows[:, columns]) > TURN).any(axis=1),
+        lambda rows: _beyond(rows, columns, TURN),
     )
 
 
@@ -102,6 +106,13 @@ def no_headings(column: int) -> tuple[Check, ...]:
         (f"its heading is beyond {MOST_TURNS} turns: {degrees}", winds),
         (f"its heading is beyond a turn, and all are whole numbers: {degrees}", counts),
     )
+
+
+def _beyond(rows: np.ndarray, columns: list[int], most: float) -> Bool[np.ndarray, "rows _"]:
+    """Return which values of some columns are larger than they can be."""
+    bad = np.zeros(rows.shape, dtype=bool)
+    bad[:, columns] = np.abs(rows[:, columns]) > most
+    return bad
 
 
 def _fault(times: Float[np.ndarray, "*k"]) -> str:

@@ -40,6 +40,7 @@ FIELDS_OF_VIEW_DEG = {180: (-90, 89), 181: (-90, 90), 360: (-90, 89.5), 361: (-9
 
 KINDS = {  # by the keyword that tells them: what a file is, and what reads it
     "FLASER": ("a CARMEN log", "read_carmen_log"),
+    "ROBOTLASER1": ("a CARMEN log", "read_carmen_log"),
     "VERTEX2": ("a pose graph", "read_graph_log"),
     "VERTEX_SE2": ("a pose graph", "read_graph_log"),
     "VERTEX_SE3:QUAT": ("a pose graph", "read_graph_log"),
@@ -57,11 +58,25 @@ OTHER_BEAMS = "its number of beams differs from the first scan's"
 # Acapulco hold 50 to 51.25 m there.
 NO_RETURN_CODES = ((80.0, np.inf, 80.0), (50.0, 52.0, 50.0), (32.759, 32.767, 32.759))
 
-FINITE: Check = (NOT_FINITE, lambda rows: ~np.isfinite(rows).all(axis=1))
-
 
 class CorruptLog(DamagedFile):
     """A recording that cannot be read; the message names the file and the line."""
+
+
+class OtherUnit(CorruptLog):
+    """A recording whose times are in another unit than was said.
+
+    Parameters
+    ----------
+    message
+        What is wrong.
+    unit
+        The one that its numbers tell, such as ``"ms"``; empty if they tell none.
+    """
+
+    def __init__(self, message: str, unit: str) -> None:
+        super().__init__(message)
+        self.unit = unit
 
 
 @final
@@ -188,6 +203,10 @@ class Lines:
         """Return the error that names a line, the present one if none is given."""
         return CorruptLog(f"{self.path}, line {line or self.number}: {reason}")
 
+    def text(self) -> str:
+        """Return the whole text."""
+        return b"\n".join(self._lines()).decode()
+
     def words(self) -> Iterator[list[bytes]]:
         """Yield the words of each line that is neither blank nor comment."""
         for line in self._lines():
@@ -224,7 +243,9 @@ class Lines:
         for reason, is_bad in checks:
             bad = is_bad(rows)
             if bad.any():
-                raise self.error(reason, numbers[int(np.argmax(bad))])
+                row, *column = np.argwhere(bad)[0].tolist()
+                value = f" ({rows[row, column[0]]:g})" if column else ""
+                raise self.error(f"{reason}{value}", numbers[row])
 
     def points(self, cells: list[bytes]) -> list[bytes]:
         """Return cells that hold numbers, with decimal points where the table has commas.
@@ -239,13 +260,20 @@ class Lines:
             raise self.error("decimal commas and decimal points")
         return [cell.replace(b",", b".") for cell in cells]
 
-    def of(self, *keywords: bytes) -> Iterator[list[bytes]]:
+    def of(self, *keywords: bytes, needed: int = 1) -> Iterator[list[bytes]]:
         """Yield the words of each line that begins with one of the keywords; count the rest.
+
+        Parameters
+        ----------
+        keywords
+            First words of lines.
+        needed
+            How many of them are such that one must be there.
 
         Raises
         ------
         CorruptLog
-            At the end, if no line begins with the first keyword.
+            At the end, if no line begins with one that is needed.
         """
         for words in self.words():
             if not KEYWORD.match(words[0]):
@@ -254,7 +282,12 @@ class Lines:
             (self.kept if wanted else self.others)[words[0].decode()] += 1
             if wanted:
                 yield words
-        self.need(keywords[0].decode())
+        if not any(self.kept[keyword.decode()] for keyword in keywords[:needed]):
+            self.need(keywords[0].decode())
+
+    def pass_over(self, keyword: bytes) -> None:
+        """Count the lines of a keyword among those that the reader has no use for."""
+        self.others[keyword.decode()] += self.kept.pop(keyword.decode(), 0)
 
     def need(self, what: str) -> None:
         """Raise if no line of a kind was kept."""
@@ -273,7 +306,8 @@ class Lines:
         try:
             values = to_numbers(words)
         except ValueError:
-            raise self.error("a value is not a number") from None
+            word = next(word for word in words if not are_numbers([word]))
+            raise self.error(f"a value is not a number: {word.decode()!r}") from None
         if not np.isfinite(values).all():
             raise self.error(NOT_FINITE)
         return values
@@ -284,14 +318,15 @@ class Lines:
             raise self.error(SHORT)
         word = words[place]
         if not word.isdigit() or len(word) > 19 or not least <= int(word) < 2**63:
-            raise self.error(f"an id or a count is not an integer of at least {least}")
+            told = f"{word.decode()!r} stands in its place"
+            raise self.error(f"an id or a count is not an integer of at least {least}: {told}")
         return int(word)
 
     def readings(self, words: list[bytes]) -> Float[np.ndarray, " words"]:
         """Return words as distances."""
         values = self.numbers(words)
         if (values < 0).any():
-            raise self.error("a reading is negative")
+            raise self.error(f"a reading is negative: {values.min():g}")
         return values
 
     def expect(self, words: list[bytes], length: int) -> None:
@@ -412,7 +447,7 @@ def in_seconds(
 ) -> Float[np.ndarray, "*k"]:
     """Return times in s, or raise `CorruptLog` if they cannot be those of a recording."""
     if fault := limits.time_fault(times, time_unit):
-        raise CorruptLog(f"{path}: {fault}")
+        raise OtherUnit(f"{path}: {fault}", limits.likely_unit(times))
     return times / limits.UNITS[time_unit]
 
 
@@ -444,7 +479,10 @@ def read_table(
         for lines.number, start in zip(numbers, range(0, len(table), columns), strict=True):
             lines.numbers(table[start : start + columns])
         raise
-    lines.check(rows, numbers, FINITE, *checks)
+    bad = np.argwhere(~np.isfinite(rows))
+    if bad.size:
+        raise lines.error(f"{NOT_FINITE}, in column {bad[0, 1] + 1}", numbers[bad[0, 0]])
+    lines.check(rows, numbers, *checks)
     return rows, lines.report()
 
 
@@ -483,8 +521,8 @@ def make_laser_log(
     if timed:
         try:
             in_seconds(lines.path, times, time_unit)
-        except CorruptLog as error:
-            raise CorruptLog(f"{error} ({UNTIMED})") from None
+        except OtherUnit as error:
+            raise OtherUnit(f"{error} ({UNTIMED})", error.unit) from None
         if len(times) > 1 and not np.ptp(times):
             raise CorruptLog(f"{lines.path}: its {len(times)} times are all the same ({UNTIMED})")
     limit = no_return_threshold(ranges) if max_range is None else float(max_range)

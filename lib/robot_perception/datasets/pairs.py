@@ -9,6 +9,7 @@ from jaxtyping import Bool, Float, UInt8
 
 from robot_perception.datasets.logs import CorruptLog, as_path, to_numbers
 from robot_perception.datasets.pictures import CorruptImage, read_image
+from robot_perception.geometry.homographies import condition_number
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -108,6 +109,6 @@ def _homography(path: Path) -> Float[np.ndarray, "3 3"]:
     if numbers.size != 9 or not np.isfinite(numbers).all():
         raise CorruptLog(f"{path}: a homography is nine finite numbers, got {numbers.size}")
     H = numbers.reshape(3, 3)
-    if np.linalg.cond(H) > 1e12:
+    if condition_number(H) > 1e12:
         raise CorruptLog(f"{path}: the homography is singular")
     return H

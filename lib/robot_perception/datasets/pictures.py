@@ -18,6 +18,25 @@ from robot_perception.extras import needing
 from robot_perception.files import DamagedFile, reading
 
 FORMATS = ("PNG", "JPEG", "PPM", "BMP", "TIFF", "GIF", "WEBP")  # none starts another program
+UNREAD = {  # by the endings of their names
+    ".heic": "HEIC",
+    ".heif": "HEIC",
+    ".avif": "AVIF",
+    ".jxl": "JPEG XL",
+    ".jp2": "JPEG 2000",
+    ".dng": "DNG",
+    ".cr2": "CR2",
+    ".nef": "NEF",
+    ".arw": "ARW",
+}
+"""Formats of pictures that are named and not read."""
+MARKS = {  # of their contents, and where these stand
+    (4, b"ftypavi"): "AVIF",
+    (4, b"ftyphe"): "HEIC",
+    (4, b"ftypmif1"): "HEIC",
+    (0, b"\0\0\0\x0cJXL "): "JPEG XL",
+    (0, b"\0\0\0\x0cjP  "): "JPEG 2000",
+}
 BYTES = ("1", "L", "LA", "P", "PA", "RGB", "RGBA", "RGBX", "CMYK", "YCbCr")  # of eight bits
 DEEP = ("I;16", "I;16B", "I;16L", "I;16N", "I")  # grey values of sixteen bits
 LARGEST = 2**26
@@ -35,6 +54,7 @@ INTERLACED = (
     (1, 0, 2, 2),
     (0, 1, 1, 2),
 )
+READ = f"{', '.join(FORMATS[:-1])} and {FORMATS[-1]} are"
 MARKER = re.compile(rb"\xff[^\0\xff\xd0-\xd7]")  # that ends the rows of a JPEG
 ROWS = b"\x5a\xa5\x3c\x69\x96\xc3\x12\xed" * 8  # compressed pixels, whatever they show
 MORE_ROWS = ROWS + b"".join(b"\xff" + bytes([restart]) + ROWS for restart in range(0xD0, 0xD8))
@@ -84,7 +104,9 @@ def read_image(path: str | Path, *, colour: bool = False) -> UInt8[np.ndarray, "
     return decode(path, path.read_bytes(), colour=colour)
 
 
-def decode(path: Path | str, content: bytes, *, colour: bool) -> UInt8[np.ndarray, "..."]:
+def decode(
+    path: Path | str, content: bytes, *, colour: bool, may_be_depths: bool = True
+) -> UInt8[np.ndarray, "..."]:
     """Return the picture that the bytes of a file hold, as strictly as `read_image`.
 
     Parameters
@@ -95,6 +117,8 @@ def decode(path: Path | str, content: bytes, *, colour: bool) -> UInt8[np.ndarra
         The bytes.
     colour
         Whether to keep its colours.
+    may_be_depths
+        Whether sixteen bits may be depths, which a file does not tell, but what holds it may.
 
     Raises
     ------
@@ -103,6 +127,9 @@ def decode(path: Path | str, content: bytes, *, colour: bool) -> UInt8[np.ndarra
     """
     if not content:
         raise CorruptImage(f"{path}: the file is empty")
+    for (at, mark), form in MARKS.items():
+        if content.startswith(mark, at):
+            raise CorruptImage(f"{path}: a picture in {form}, which is not read; {READ}")
     with (
         reading(path, "no picture, or a damaged one", CorruptImage),
         warnings.catch_warnings(action="ignore"),  # what is not refused is read right
@@ -110,7 +137,7 @@ def decode(path: Path | str, content: bytes, *, colour: bool) -> UInt8[np.ndarra
         with _opened(path, content) as picture:
             _check(path, picture)
             picture.verify()  # checksums, of formats that have them; then it must be opened anew
-        found = _decoded(path, content, colour)
+        found = _decoded(path, content, colour, may_be_depths)
         if _lacks_rows(path, content, found, colour):
             raise CorruptImage(f"{path}: a damaged picture: rows are missing")
     return found
@@ -145,7 +172,9 @@ def _check(path: Path | str, picture) -> None:
         )
 
 
-def _decoded(path: Path | str, content: bytes, colour: bool) -> np.ndarray:
+def _decoded(
+    path: Path | str, content: bytes, colour: bool, may_be_depths: bool = True
+) -> np.ndarray:
     """Return the pixels of a picture, upright."""
     from PIL import ImageOps
 
@@ -153,16 +182,16 @@ def _decoded(path: Path | str, content: bytes, colour: bool) -> np.ndarray:
         picture = ImageOps.exif_transpose(stored)
     if picture.mode not in DEEP:
         return np.array(picture.convert("RGB" if colour else "L"))
-    grey = upper_bits(path, np.asarray(picture))
+    grey = _upper_bits(path, np.asarray(picture), may_be_depths)
     return np.repeat(grey[..., None], 3, axis=2) if colour else grey
 
 
-def upper_bits(path: Path | str, deep: np.ndarray) -> np.ndarray:
+def _upper_bits(path: Path | str, deep: np.ndarray, may_be_depths: bool) -> np.ndarray:
     """Return the upper eight of sixteen bits, unless they are depths."""
     if deep.min() < 0 or deep.max() >= 2**16:
         raise CorruptImage(f"{path}: a picture of more than sixteen bits")
     there = deep[deep > 0]
-    holes = 0 < there.size < deep.size and 255 < there.min() < there.max()
+    holes = may_be_depths and 0 < there.size < deep.size and 255 < there.min() < there.max()
     if holes and (there % 256).any() and (there % 257).any():  # not eight bits made longer
         raise CorruptImage(
             f"{path}: a picture of depths ({there.size} of {deep.size} px are measured,"

@@ -3,8 +3,7 @@
 SciPy's rotations are imported where poses are made: the other readers do without them.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,24 +14,11 @@ from robot_perception.datasets import limits
 from robot_perception.datasets.bag_motion import read_bag_motion
 from robot_perception.datasets.bags import Topics, check_topic, is_bag
 from robot_perception.datasets.limits import Check
-from robot_perception.datasets.logs import (
-    FINITE,
-    SHORT,
-    CorruptLog,
-    Lines,
-    ReadReport,
-    are_numbers,
-    in_seconds,
-    read_table,
-)
-from robot_perception.datasets.tables import read_columns
-from robot_perception.datasets.tracks import POSE, RISING, UNIT_LENGTH, neighbours, read_track
+from robot_perception.datasets.logs import ReadReport, read_table
+from robot_perception.datasets.poses import are_no_rotations, layout, order, read_poses
+from robot_perception.datasets.tracks import neighbours, read_track
 
-SPACE = ("time_s", "x_m", "y_m", "z_m", "qx", "qy", "qz", "qw")
-EUROC = ("p_RS_R_x", "p_RS_R_y", "p_RS_R_z", "q_RS_w", "q_RS_x", "q_RS_y", "q_RS_z")
-LARGEST = {"time_s": np.inf} | dict.fromkeys(SPACE[1:4], limits.FARTHEST)
-LARGEST |= dict.fromkeys(SPACE[4:], 1.001)
-SHORTEST = 1e3  # ns between two poses
+ROTATION: Check = ("its matrix of 3 × 3 is no rotation", are_no_rotations)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -46,7 +32,7 @@ class SpaceTrack:
     poses : (k, 4, 4)
         Rigid motions ``T_world_body``, m.
     report
-        What became of all messages, if they come from a ROS bag.
+        What became of all lines, or of the messages of a ROS bag, if that is known.
 
     Raises
     ------
@@ -119,7 +105,7 @@ class SpaceTrack:
 
 
 def track_format(path: str | Path, *, topic: Topics = None) -> str:
-    """Return the format of a trajectory, told by its first row and the names of its columns.
+    """Return the format of a trajectory, told by the names of its columns or else its first row.
 
     Parameters
     ----------
@@ -131,56 +117,45 @@ def track_format(path: str | Path, *, topic: Topics = None) -> str:
     Returns
     -------
     str
-        Without names ``"KITTI"`` (12 numbers a line), ``"TUM"`` (others between blanks) or
-        ``"EuRoC"`` (others between commas); ``"EuRoC"`` by its names, ``"space"`` where there are
-        ``time_s`` and quaternions, else ``"plane"``, which `read_track` reads. A bag is ``"plane"``
-        if its poses have no heights and no tilts, else ``"space"``.
+        ``"plane"`` where there are ``time_s`` and ``heading_rad``, ``"EuRoC"`` or ``"TUM"`` by
+        their names or words like these, ``"space"`` where others name a time, a position and a
+        quaternion. Without names ``"KITTI"`` (12 numbers a line), ``"TUM"`` (8, in any unit of
+        time) or ``"EuRoC"`` (8 and what may follow between commas, times in whole nanoseconds).
+        Files with other names are ``"plane"``, which `read_track` reads. A bag is ``"plane"`` if
+        its poses have no heights and no tilts, else ``"space"``.
 
     Raises
     ------
     CorruptLog
-        If the file is empty or damaged.
+        If the file is empty or damaged, or names some columns of a pose in space only.
     FileNotFoundError
         If there is no such file.
     """
     topic = check_topic(topic)
     if is_bag(path):
         return "plane" if read_bag_motion(path, topic).is_flat() else "space"
-    lines = Lines(path)
-    row = lines.points(next(lines.rows(), []))
-    if not row:
-        lines.need("pose")
-    blanks = row == next(Lines(path).words())
-    bare = any(are_numbers([cell]) for cell in row)
-    tables = [_names(cells) for cells in (lines.headings() if bare else [row])]
-    for names in tables:
-        if names[1:8] == EUROC:
-            return "EuRoC"
-        if {*SPACE} <= {*names} or {*POSE} <= {*names}:
-            return "plane" if {*POSE} <= {*names} else "space"
-    if blanks or len(row) == 12:
-        return "KITTI" if len(row) > 10 else "TUM"
-    if bare:
-        return "TUM" if any(len(names) >= 8 for names in tables) else "EuRoC"
-    return "space" if "qw" in tables[0] else "plane"
+    return layout(path).kind
 
 
 def read_space_track(path: str | Path, *, time_unit: str = "s", topic: Topics = None) -> SpaceTrack:
     """Read a trajectory in space, plain or gzip or from a ROS bag; `track_format` tells its format.
 
-    * TUM: ``timestamp tx ty tz qx qy qz qw``, m;
-    * KITTI: a matrix of 3 × 4 by rows, m, without times;
-    * EuRoC: CSV of ``timestamp, x, y, z, qw, qx, qy, qz`` and what may follow, with or without
-      names of columns, the times always in whole nanoseconds;
-    * CSV with the columns ``time_s, x_m, y_m, z_m, qx, qy, qz, qw``, others are left out;
+    * Columns by their names: ``time_s, x_m, y_m, z_m, qx, qy, qz, qw``, those of EuRoC or TUM, or
+      words like these, in any order; others are left out.
+    * Without names, which the report says: TUM, ``timestamp tx ty tz qx qy qz qw``, m; EuRoC,
+      ``timestamp, x, y, z, qw, qx, qy, qz`` and what may follow, the times in whole nanoseconds;
+      KITTI, a matrix of 3 × 4 by rows, m, without times.
     * CSV as `read_track` reads it lies in the plane z = 0.
+
+    Quaternions and matrices may be rounded, to one decimal at least: they are made rotations.
 
     Parameters
     ----------
     path
         The file.
     time_unit
-        What it counts time in, but for EuRoC: ``"s"``, ``"ms"``, ``"us"`` or ``"ns"``. Bags tell.
+        What it counts time in, where neither names nor format tell: ``"s"``, ``"ms"``, ``"us"`` or
+        ``"ns"``. Bags tell.
     topic
         Of a bag, where several would do.
 
@@ -198,49 +173,24 @@ def read_space_track(path: str | Path, *, time_unit: str = "s", topic: Topics = 
     if is_bag(path):
         motion = read_bag_motion(path, topic)
         return SpaceTrack(motion.times, motion.poses, motion.report)
-    return READERS[track_format(path)](path, time_unit)
+    found = layout(path)
+    if found.kind == "plane":
+        return _read_plane(path, time_unit)
+    if found.kind == "KITTI":
+        return read_matrices(path)
+    times, places, turns, report = read_poses(path, found, time_unit)
+    return SpaceTrack(times, _poses(places, turns), report)
 
 
-def _read_tum(path: str | Path, time_unit: str) -> SpaceTrack:
-    rows, report = read_table(path, "pose", 8, (UNIT_LENGTH, RISING, limits.far_places(1, 2, 3)))
-    times = in_seconds(report.path, rows[:, 0], time_unit)
-    return SpaceTrack(times, _poses(rows[:, 1:4], rows[:, 4:]))
-
-
-def _read_kitti(path: str | Path, time_unit: str) -> SpaceTrack:
+def read_matrices(path: str | Path) -> SpaceTrack:
+    """Read poses as KITTI has them: a matrix of 3 × 4 by rows in each line, without times."""
     from scipy.spatial.transform import Rotation
 
-    rows, _ = read_table(path, "pose", 12, (ROTATION, limits.far_places(3, 7, 11)))
+    rows, report = read_table(path, "pose", 12, (ROTATION, limits.far_places(3, 7, 11)))
     matrices = rows.reshape(-1, 3, 4)
     nearest = Rotation.from_matrix(matrices[:, :, :3]).as_quat()
-    return SpaceTrack(None, _poses(matrices[:, :, 3], nearest))
-
-
-def _read_euroc(path: str | Path, time_unit: str) -> SpaceTrack:
-    lines, rows, places = Lines(path), [], []
-    for cells in lines.rows():
-        if lines.place == 1 and _names(cells)[1:8] == EUROC:
-            continue
-        if len(cells) < 8:
-            raise lines.error(SHORT)
-        rows.append(lines.numbers(lines.points(cells[:8])))
-        places.append(lines.number)
-    lines.kept["pose"] = len(rows)
-    lines.need("pose")
-    table = np.array(rows)
-    table = np.column_stack([table[:, :4], np.roll(table[:, 4:], -1, axis=1)])
-    lines.check(table, places, NANOSECONDS, UNIT_LENGTH, RISING, limits.far_places(1, 2, 3))
-    times = in_seconds(lines.path, table[:, 0], "ns")
-    return SpaceTrack(times, _poses(table[:, 1:4], table[:, 4:]))
-
-
-def _read_columns(path: str | Path, time_unit: str) -> SpaceTrack:
-    columns = read_columns(path, LARGEST, time_unit=time_unit)
-    table = np.column_stack([columns[name] for name in SPACE])
-    for reason, is_bad in (FINITE, UNIT_LENGTH, RISING):
-        if (bad := is_bad(table)).any():
-            raise CorruptLog(f"{path}, row {np.argmax(bad) + 1}: {reason}")
-    return SpaceTrack(table[:, 0], _poses(table[:, 1:4], table[:, 4:]))
+    remark = f"{report.path.name}: no names of columns: read as {order('KITTI')}"
+    return SpaceTrack(None, _poses(matrices[:, :, 3], nearest), replace(report, remarks=(remark,)))
 
 
 def _read_plane(path: str | Path, time_unit: str) -> SpaceTrack:
@@ -248,15 +198,6 @@ def _read_plane(path: str | Path, time_unit: str) -> SpaceTrack:
 
     track = read_track(path, time_unit=time_unit)
     return SpaceTrack(track.times, se3.from_se2(track.poses))
-
-
-READERS: dict[str, Callable[[str | Path, str], SpaceTrack]] = {
-    "TUM": _read_tum,
-    "KITTI": _read_kitti,
-    "EuRoC": _read_euroc,
-    "space": _read_columns,
-    "plane": _read_plane,
-}
 
 
 def _poses(
@@ -269,26 +210,3 @@ def _poses(
     poses[:, :3, :3] = Rotation.from_quat(quaternions).as_matrix()
     poses[:, :3, 3], poses[:, 3, 3] = positions, 1
     return poses
-
-
-def _names(cells: list[bytes]) -> tuple[str, ...]:
-    """Return names of columns without the units that follow them."""
-    return tuple(cell.decode().partition(" ")[0] for cell in cells)
-
-
-def _is_no_rotation(rows: np.ndarray) -> np.ndarray:
-    R = rows.reshape(-1, 3, 4)[:, :, :3]
-    far = np.abs(R.mT @ R - np.eye(3)).max(axis=(1, 2)) > 1e-3
-    return far | (np.linalg.det(R) < 0)
-
-
-ROTATION: Check = ("its matrix of 3 × 3 is no rotation", _is_no_rotation)
-
-
-def _are_no_nanoseconds(rows: np.ndarray) -> np.ndarray:
-    t = rows[:, 0]
-    step = np.diff(t, prepend=-np.inf)
-    return (t != np.round(t)) | ((step > 0) & (step < SHORTEST))
-
-
-NANOSECONDS: Check = ("its time is not in whole nanoseconds", _are_no_nanoseconds)

@@ -1,58 +1,66 @@
 """Recordings of stereo cameras: pictures with poses, and features that others have matched."""
 
 from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING
+from pathlib import Path, PurePosixPath
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from robot_perception import checks
 from robot_perception.datasets import limits
-from robot_perception.datasets.images import StereoSequence, read_images
+from robot_perception.datasets.calibrations import ROUNDING, Calibration, read_pair
+from robot_perception.datasets.images import StereoSequence, picture_files, read_images
 from robot_perception.datasets.limits import Check
-from robot_perception.datasets.logs import CorruptLog, Lines, as_path, read_table, repeats
+from robot_perception.datasets.logs import (
+    CorruptLog,
+    Lines,
+    ReadReport,
+    as_path,
+    read_table,
+    repeats,
+)
+from robot_perception.datasets.poses import are_no_rotations, rigid
 
-if TYPE_CHECKING:
-    from robot_perception.cameras import StereoRig
-
-SIDES = (("image_l", "image_r"), ("image_0", "image_1"))  # of the snippets, and of KITTI
+SIDES = {  # folders of left and right pictures, and which cameras of a calibration these are
+    ("image_l", "image_r"): None,  # of the snippets
+    ("image_0", "image_1"): (0, 1),  # of KITTI's odometry, grey
+    ("image_2", "image_3"): (2, 3),  # and in colour
+    ("image_00/data", "image_01/data"): (0, 1),  # of its raw drives
+    ("image_02/data", "image_03/data"): (2, 3),
+    ("left", "right"): None,
+    ("cam0/data", "cam1/data"): None,
+    ("cam0", "cam1"): None,
+}
+CALIBRATIONS = (  # the first that is there is taken
+    "calib.txt",
+    "calib_cam_to_cam.txt",
+    "../calib_cam_to_cam.txt",  # of the day on which a raw drive of KITTI was made
+    "*extrinsics*.y*ml",
+    "*left*.y*ml",
+    "*camchain*.y*ml",
+)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Calibration:
-    """A rectified stereo camera.
+class StereoPictures:
+    """Rectified stereo pairs.
 
     Parameters
     ----------
-    focal
-        Focal lengths (fx, fy), px.
-    centre
-        Principal point (cx, cy), px.
-    baseline
-        Distance of the right camera from the left, m.
+    frames
+        The pairs.
+    calibration
+        Of the camera.
+    report
+        Which files are the pictures, and how they and the calibration were read.
     """
 
-    focal: tuple[float, float]
-    centre: tuple[float, float]
-    baseline: float
+    frames: StereoSequence
+    calibration: Calibration
+    report: ReadReport
 
-    def rig(self, size: tuple[int, int]) -> "StereoRig":
-        """Return the cameras.
 
-        Parameters
-        ----------
-        size
-            Width and height of the pictures, px.
-
-        Raises
-        ------
-        ValueError
-            If the size is not two positive whole numbers.
-        """
-        from robot_perception.cameras import Pinhole, StereoRig  # which need OpenCV
-
-        return StereoRig(Pinhole(self.focal, self.centre, size), self.baseline)
+RIGID: Check = ("the pose is no rigid motion", are_no_rotations)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -102,13 +110,109 @@ class StereoFeatures:
     points: Float[np.ndarray, "m 3"]
 
 
+def read_stereo(
+    folder: str | Path,
+    *,
+    sides: tuple[str, str] | None = None,
+    calibration: str | Calibration | None = None,
+    allow_gaps: bool = False,
+) -> StereoPictures:
+    """Read a folder with the pictures of a rectified pair of cameras and their calibration.
+
+    The pictures are in ``image_l`` and ``image_r``, ``image_0`` and ``image_1`` or ``image_2`` and
+    ``image_3`` as of KITTI's odometry, ``image_00/data`` and ``image_01/data`` as of its raw
+    drives, ``left`` and ``right``, or ``cam0`` and ``cam1``; the first pair of folders that is
+    there is taken. The calibration is ``calib.txt``, ``calib_cam_to_cam.txt``, ``extrinsics.yml``,
+    ``left.yaml`` beside ``right.yaml``, a camchain of Kalibr or another YAML, as `read_calibration`
+    reads them.
+
+    Parameters
+    ----------
+    folder
+        Where the files are.
+    sides
+        Other folders of left and right pictures; a last part with ``*``, as in ``both/left*.png``,
+        says which files of a folder they are.
+    calibration
+        The name of another file of the folder, or what it would say.
+    allow_gaps
+        Whether pictures may be missing.
+
+    Raises
+    ------
+    CorruptLog
+        If the calibration is damaged, or not that of a rectified pair.
+    CorruptImage
+        If pictures are missing, without partner, or the first is damaged.
+    NotADirectoryError
+        If there is no folder of pictures.
+    FileNotFoundError
+        If there is no calibration.
+    """
+    return _read_stereo(folder, sides, calibration, allow_gaps)[0]
+
+
+def _read_stereo(
+    folder: str | Path,
+    sides: tuple[str, str] | None,
+    calibration: str | Calibration | None,
+    allow_gaps: bool,
+) -> tuple[StereoPictures, Float[np.ndarray, " 3"]]:
+    """Return the pairs of a folder, and the place of the left camera in the calibration, m."""
+    folder, allow_gaps = as_path(folder, "folder"), checks.flag("allow_gaps", allow_gaps)
+    pairs = [pair for pair in SIDES if all((folder / side).is_dir() for side in pair)]
+    there = [pair for pair in pairs if all(picture_files(folder / side)[0] for side in pair)]
+    taken = next(iter(there or pairs or SIDES))
+    if sides is not None:
+        taken = checks.instances("sides", checks.instance("sides", sides, tuple), str)
+    if len(taken) != 2:
+        raise ValueError(f"sides must be two folders, got {len(taken)}")
+    place, remarks = np.zeros(3), []
+    if not isinstance(calibration, Calibration):
+        file, *others = _calibration_files(folder, calibration)
+        calibration, place = read_pair(file, cameras=SIDES.get(taken))
+        remarks += calibration.report.remarks
+        if others:
+            names = ", ".join(other.name for other in others)
+            remarks.append(f"the calibration is that of {file.name}, not of {names}")
+    if sides is None and len(there) > 1:
+        others = ", ".join(side for pair in there[1:] for side in pair)
+        remarks.append(f"pictures are those of {' and '.join(taken)}, not of {others}")
+    frames = StereoSequence(*(_side(folder, side, allow_gaps) for side in taken))
+    remarks += dict.fromkeys([*frames.left.remarks, *frames.right.remarks])
+    skipped = len({*frames.left.skipped, *frames.right.skipped})
+    counts = {"pairs": len(frames)}, {"skipped": skipped} if skipped else {}
+    report = ReadReport(folder, *counts, "pairs and files", tuple(remarks))
+    return StereoPictures(frames, calibration, report), place
+
+
+def _calibration_files(folder: Path, name: str | None) -> list[Path]:
+    """Return the calibrations of a folder, the one to take first; one at least."""
+    if name is not None:
+        return [folder / checks.instance("calibration", name, str)]
+    for patterns in (CALIBRATIONS, ("*.yaml", "*.yml")):
+        endings = ("", ".gz")
+        found = [file for p in patterns for end in endings for file in sorted(folder.glob(p + end))]
+        if found:
+            return list(dict.fromkeys(found))
+    raise FileNotFoundError(f"{folder}: no calibration: none of {', '.join(CALIBRATIONS)}")
+
+
+def _side(folder: Path, name: str, allow_gaps: bool):
+    """Return the pictures of one side."""
+    inner, pattern = PurePosixPath(name), None
+    if "*" in inner.name:
+        inner, pattern = inner.parent, inner.name
+    return read_images(folder / inner, pattern, allow_gaps=allow_gaps)
+
+
 def read_kitti(folder: str | Path, *, allow_gaps: bool = False) -> StereoDrive:
     """Read a drive in the form of the KITTI odometry benchmark, or a snippet of one.
 
-    ``calib.txt`` has the projection matrices of the left and the right camera, 3 × 4 by rows, in
-    its first two lines, with or without a label such as ``P0:``. A line of ``poses.txt`` is the
-    pose of the left camera, 3 × 4 by rows, after the number of its picture or alone; then the lines
-    count from 0. The pictures are in ``image_l`` and ``image_r``, or ``image_0`` and ``image_1``.
+    Pictures and calibration are those of `read_stereo`. A line of ``poses.txt``, or of
+    ``../../poses/00.txt`` beside the sequence ``00``, is the pose of the camera from which the
+    calibration counts, 3 × 4 by rows, after the number of its picture or alone; then the lines
+    count from 0.
 
     Parameters
     ----------
@@ -135,64 +239,18 @@ def read_kitti(folder: str | Path, *, allow_gaps: bool = False) -> StereoDrive:
     suite", CVPR 2012.
     """
     folder = as_path(folder, "folder")
-    allow_gaps = checks.flag("allow_gaps", allow_gaps)
-    calibration = read_calibration(folder / "calib.txt")
-    poses = _poses(folder / "poses.txt")
-    sides = next((pair for pair in SIDES if (folder / pair[0]).is_dir()), SIDES[0])
-    frames = StereoSequence(*(read_images(folder / side, allow_gaps=allow_gaps) for side in sides))
-    lost = [number for number in frames.numbers if number not in poses]
+    poses, named = folder / "poses.txt", folder.resolve()
+    official = named.parent.parent / "poses" / f"{named.name}.txt"
+    file = official if official.is_file() and not poses.is_file() else poses
+    poses = _poses(file)
+    found, place = _read_stereo(folder, None, None, allow_gaps)
+    lost = [number for number in found.frames.numbers if number not in poses]
     if lost:
-        raise CorruptLog(
-            f"{folder / 'poses.txt'}: {len(lost)} pictures have no pose, the first is {lost[0]}"
-        )
-    return StereoDrive(frames, calibration, np.array([poses[number] for number in frames.numbers]))
-
-
-def read_calibration(path: str | Path) -> Calibration:
-    """Read the projection matrices of a rectified pair, as `read_kitti` does.
-
-    Parameters
-    ----------
-    path
-        The file: the matrices of the left and the right camera, 3 × 4 by rows, in its first two
-        lines, with or without a label such as ``P0:``.
-
-    Raises
-    ------
-    CorruptLog
-        If the file is empty or damaged, or the matrices are not those of a rectified pair.
-    FileNotFoundError
-        If there is no such file.
-    """
-    path = as_path(path)
-    lines, matrices = Lines(path), []
-    for words in lines.rows():
-        if len(matrices) < 2:
-            lines.expect(words := words[words[0].endswith(b":") :], 12)
-            matrices.append(lines.numbers(lines.points(words)).reshape(3, 4))
-    if len(matrices) < 2:
-        raise CorruptLog(f"{path}: there must be two projection matrices, got {len(matrices)}")
-    found = rectified_pair(*matrices)
-    if found is None:
-        raise CorruptLog(f"{path}: the matrices are not those of a rectified pair")
-    return found
-
-
-def rectified_pair(
-    left: Float[np.ndarray, "3 4"], right: Float[np.ndarray, "3 4"]
-) -> Calibration | None:
-    """Return what two projection matrices tell, or nothing if they are of no rectified pair."""
-    (fx, skew, cx, _), (low, fy, cy, _), _ = left.tolist()
-    rectified = (
-        (left[:, :3] == right[:, :3]).all()
-        and (left[2] == [0, 0, 1, 0]).all()
-        and (left[:, 3] == 0).all()
-        and (right[1:, 3] == 0).all()
-        and skew == low == 0 < min(fx, fy)
-    )
-    if not rectified or not right[0, 3] < 0:
-        return None
-    return Calibration((fx, fy), (cx, cy), -float(right[0, 3]) / fx)
+        raise CorruptLog(f"{file}: {len(lost)} pictures have no pose, the first is {lost[0]}")
+    T = np.array([poses[number] for number in found.frames.numbers])
+    if place.any():
+        T[:, :3, 3] += T[:, :3, :3] @ place
+    return StereoDrive(found.frames, found.calibration, T)
 
 
 def _poses(path: Path) -> dict[int, Float[np.ndarray, "4 4"]]:
@@ -205,10 +263,8 @@ def _poses(path: Path) -> dict[int, Float[np.ndarray, "4 4"]]:
         if number in poses:
             raise lines.error("names a picture a second time")
         values = lines.numbers(lines.points(words))
-        lines.check(values[None], [lines.number], limits.far_places(3, 7, 11))
-        poses[number] = np.vstack([values.reshape(3, 4), [0, 0, 0, 1]])
-        if not _is_rigid(poses[number]):
-            raise lines.error("the pose is no rigid motion")
+        lines.check(values[None], [lines.number], limits.far_places(3, 7, 11), RIGID)
+        poses[number] = rigid(values.reshape(1, 3, 4))[0]
     return poses
 
 
@@ -247,22 +303,12 @@ def read_stereo_features(folder: str | Path) -> StereoFeatures:
         )
     return StereoFeatures(
         Calibration((fx, fy), (cx, cy), baseline),
-        poses[order, 1:].reshape(-1, 4, 4),
+        rigid(poses[order, 1:13].reshape(-1, 3, 4)),
         frames,
         table[:, 1].astype(int),
         table[:, [2, 4, 3]],
         table[:, 5:],
     )
-
-
-def _is_rigid(pose: np.ndarray) -> bool:
-    from robot_perception.geometry import se3  # the other readers do without SciPy's rotations
-
-    try:
-        se3.checked("pose", pose)
-    except ValueError:
-        return False
-    return True
 
 
 def _no_id(rows: np.ndarray) -> np.ndarray:
@@ -274,16 +320,14 @@ CAMERA: tuple[Check, ...] = (
         "a focal length or the baseline is not positive",
         lambda r: (r[:, [0, 1, 5]] <= 0).any(axis=1),
     ),
-    ("the camera has a skew", lambda rows: rows[:, 2] != 0),
+    ("the camera has a skew", lambda rows: np.abs(rows[:, 2]) > ROUNDING * rows[:, 0]),
     ("is a second camera", lambda rows: np.arange(len(rows)) > 0),
 )
 POSES: tuple[Check, ...] = (
     ("a pose's number is no whole number", lambda rows: _no_id(rows[:, :1])),
     ("names a pose a second time", lambda rows: repeats(rows[:, :1])),
-    (
-        "the pose is no rigid motion",
-        lambda rows: np.array([not _is_rigid(row) for row in rows[:, 1:].reshape(-1, 4, 4)]),
-    ),
+    ("the pose is no rigid motion", lambda rows: are_no_rotations(rows[:, 1:13])),
+    ("the last row is not 0 0 0 1", lambda rows: (rows[:, 13:] != [0, 0, 0, 1]).any(axis=1)),
     limits.far_places(4, 8, 12),
 )
 FACTORS: tuple[Check, ...] = (

@@ -1,12 +1,13 @@
 """One's own tables: columns by name, and the readings of a laser, a line a scan."""
 
 import re
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from itertools import chain
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from robot_perception.checks import instance, instances, number
 from robot_perception.datasets import limits as sensible
@@ -28,6 +29,56 @@ LARGEST_WHOLE = 2.0**63 - 1024  # the last number below what 64 bits hold
 WHOLE = re.compile(rb"[+-]?[0-9]+\Z")
 FORMULA = re.compile(r"'*[=+\-@]")
 """A text that a spreadsheet would compute, but for a ``'`` that is written before it."""
+
+
+class Rows(NamedTuple):
+    """Columns of a table, and from which lines they are.
+
+    Parameters
+    ----------
+    path
+        The file.
+    columns
+        By name, each (rows,).
+    numbers
+        The line of each row.
+    """
+
+    path: Path
+    columns: dict[str, np.ndarray]
+    numbers: list[int]
+
+    def check(self, bad: Bool[np.ndarray, " rows"], reason: Callable[[int], str]) -> None:
+        """Raise ``CorruptLog`` at the line of the first bad row; the reason is a function of it."""
+        if bad.any():
+            row = int(np.argmax(bad))
+            raise CorruptLog(f"{self.path}, line {self.numbers[row]}: {reason(row)}")
+
+    def check_order(self, name: str, what: str, *, rising: bool = False) -> None:
+        """Raise ``CorruptLog`` where a column falls, or does not rise.
+
+        Parameters
+        ----------
+        name
+            Of the column.
+        what
+            What its numbers are.
+        rising
+            Whether each must be above the one before.
+        """
+        values = self.columns[name]
+        steps = np.diff(values)
+        must = f"{what} must {'rise' if rising else 'not fall'}, got"
+        self.check(
+            np.append(False, steps <= 0 if rising else steps < 0),
+            lambda k: f"{must} {values[k - 1]:.15g} before {values[k]:.15g}",
+        )
+
+    def check_positive(self, name: str, where: Bool[np.ndarray, " rows"] | bool = True) -> None:
+        """Raise ``CorruptLog`` where numbers of a column should be positive and are not."""
+        values = self.columns[name]
+        bad = (values <= 0) & where
+        self.check(bad, lambda k: f"{name} must be positive, got {values[k]:g}")
 
 
 def read_columns(
@@ -77,6 +128,20 @@ def read_columns(
     FileNotFoundError
         If there is no such file.
     """
+    how = {"optional": optional, "integers": integers, "texts": texts, "time_unit": time_unit}
+    return read_rows(path, limits, **how).columns
+
+
+def read_rows(
+    path: str | Path,
+    limits: Mapping[str, float],
+    *,
+    optional: Collection[str] = (),
+    integers: Collection[str] = (),
+    texts: Collection[str] = (),
+    time_unit: str = "s",
+) -> Rows:
+    """Read columns as `read_columns` does, and from which lines they are."""
     for name, limit in instance("limits", limits, Mapping).items():
         number(f"limits[{name!r}]", limit, finite=False)
     optional, integers = instances("optional", optional, str), instances("integers", integers, str)
@@ -99,6 +164,7 @@ def read_columns(
     bounds = np.where(whole, np.minimum(bounds, LARGEST_WHOLE), bounds)
     scales = np.array([ticks if name == TIME else 1 for name in wanted])
     table, told, exact = [], {name: [] for name in words}, {name: [] for name in integers}
+    numbers = []
     for row in rows:
         lines.expect(row, len(header))
         cells = lines.points([row[place] for place in places])
@@ -117,6 +183,7 @@ def read_columns(
             if is_whole:
                 exact[name].append(int(cell) if WHOLE.match(cell) else int(value))
         table.append(values)
+        numbers.append(lines.number)
     lines.kept["row"] = len(table)
     lines.need("row")
     columns = dict(zip(wanted, np.array(table).T, strict=True))
@@ -124,7 +191,8 @@ def read_columns(
     if TIME in columns:
         seconds = in_seconds(lines.path, columns[TIME], time_unit)
         columns[TIME] = seconds if ticks > 1 else columns[TIME]
-    return columns | {name: np.array(values) for name, values in told.items()}
+    columns |= {name: np.array(values) for name, values in told.items()}
+    return Rows(lines.path, columns, numbers)
 
 
 def read_ranges(path: str | Path, *, max_range: float) -> Float[np.ndarray, "scans beams"]:
@@ -166,10 +234,12 @@ def read_ranges(path: str | Path, *, max_range: float) -> Float[np.ndarray, "sca
         lines, rows = Lines(path), []
         for row in lines.rows():
             lines.expect(row, len(rows[0]) if rows else _width(row))
-            try:
-                rows.append(to_numbers(lines.points(row)))
-            except ValueError:
-                raise lines.error("a value is not a number") from None
+            cells = lines.points(row)
+            if not are_numbers(cells):
+                k = next(k for k, cell in enumerate(cells) if not are_numbers([cell]))
+                told = f"{cells[k].decode()!r} in column {k + 1}"
+                raise lines.error(f"a value is not a number: {told}")
+            rows.append(to_numbers(cells))
         lines.kept["scan"] = len(rows)
         lines.need("scan")
         ranges = np.array(rows)
@@ -189,9 +259,13 @@ def _check_readings(stored: np.ndarray) -> None:
         return
     void = stored[np.isnan(stored)]
     usual = np.abs(np.full_like(void, np.nan)).tobytes()
-    far = np.abs(stored[np.isfinite(stored) & (np.abs(stored) > FARTHEST)])
-    if np.abs(void).tobytes() != usual or not np.isin(far, NOTHING).all():
-        raise ValueError("a reading is no distance in metres")
+    far = np.isfinite(stored) & (np.abs(stored) > FARTHEST) & ~np.isin(np.abs(stored), NOTHING)
+    if np.abs(void).tobytes() != usual:
+        raise ValueError("a reading is no distance in metres, but another NaN than NumPy's")
+    if far.any():
+        place = np.argwhere(far)[0]
+        told = ", ".join(str(k + 1) for k in place)
+        raise ValueError(f"reading {told} is {stored[tuple(place)]:g}, no distance in metres")
 
 
 def _header(lines: Lines, needed: set[str]) -> tuple[list[str], Iterator[list[bytes]]]:

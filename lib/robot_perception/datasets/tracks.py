@@ -1,6 +1,7 @@
 """Trajectories: poses with times, read from the formats in which a filter's run is written."""
 
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -11,20 +12,12 @@ from robot_perception.checks import array, check_covariance, number
 from robot_perception.datasets import limits
 from robot_perception.datasets.bags import Topics, check_topic, is_bag
 from robot_perception.datasets.limits import Check
-from robot_perception.datasets.logs import (
-    LONG,
-    CorruptLog,
-    Lines,
-    ReadReport,
-    are_numbers,
-    in_seconds,
-    read_table,
-)
-from robot_perception.datasets.tables import read_columns
+from robot_perception.datasets.logs import LONG, CorruptLog, Lines, ReadReport
+from robot_perception.datasets.poses import POSE, headings, layout, read_poses
+from robot_perception.datasets.tables import Rows, read_rows
 from robot_perception.fields import checked
 from robot_perception.geometry import wrap_angle
 
-POSE = ("time_s", "x_m", "y_m", "heading_rad")
 LARGEST = {"time_s": np.inf, "x_m": limits.FARTHEST, "y_m": limits.FARTHEST, "heading_rad": np.inf}
 LEVEL = 1.0  # m: no robot in the plane that hardly moves has heights that differ by so much
 COVARIANCE = ("cov_xx", "cov_xy", "cov_xh", "cov_yy", "cov_yh", "cov_hh")
@@ -43,7 +36,7 @@ class Track:
     covs : (k, 3, 3), optional
         Their covariances.
     report
-        What became of all messages, if it comes from a ROS bag.
+        What became of all lines, or of the messages of a ROS bag, if that is known.
 
     Raises
     ------
@@ -139,13 +132,13 @@ def neighbours(
 
 
 def read_track(path: str | Path, *, time_unit: str = "s", topic: Topics = None) -> Track:
-    """Read a trajectory from a CSV or a TUM file, plain or gzip, or from a ROS bag.
+    """Read a trajectory from a text file, plain or gzip, or from a ROS bag.
 
     CSV has columns ``time_s, x_m, y_m, heading_rad`` and may have the covariances ``cov_xx, cov_xy,
     cov_xh, cov_yy, cov_yh, cov_hh``, as `History.to_csv` of the planar filter writes them; other
-    columns are left out. A TUM line is ``timestamp tx ty tz qx qy qz qw``, of which the plane takes
-    the position and the heading: height, roll and pitch are left out, as of a bag, which
-    `read_bag_motion` reads.
+    columns are left out. Of poses in space, as `read_space_track` finds them by the names of
+    columns or as TUM and EuRoC write them, the plane takes the position and the heading: height,
+    roll and pitch are left out, as of a bag, which `read_bag_motion` reads.
 
     Parameters
     ----------
@@ -173,28 +166,27 @@ def read_track(path: str | Path, *, time_unit: str = "s", topic: Topics = None) 
         from robot_perception.datasets.bag_motion import read_bag_motion  # which makes tracks
 
         return read_bag_motion(path, topic).track()
-    lines = Lines(path)
-    if _is_tum(lines):
-        checks = UNIT_LENGTH, UPRIGHT, RISING, limits.far_places(1, 2, 3)
-        rows, _ = read_table(path, "pose", 8, checks)
-        _check_level(lines.path, rows[:, 1:4])
-        times = in_seconds(lines.path, rows[:, 0], time_unit)
-        return Track(times, np.column_stack([rows[:, 1:3], headings(rows[:, 4:])]))
+    found = layout(path)
+    if found.kind == "KITTI":
+        lines = Lines(path)
+        told = ": 12 are a pose of KITTI, in space; read_space_track reads it"
+        raise lines.error(LONG + told * (len(next(lines.rows())) == 12))
+    if found.kind != "plane":
+        times, places, turns, report = read_poses(path, found, time_unit, (UPRIGHT,))
+        _check_level(report.path, places)
+        poses = np.column_stack([places[:, :2], headings(turns)])
+        return Track(times, poses, report=report)
     largest = LARGEST | dict.fromkeys(COVARIANCE, np.inf)
-    columns = read_columns(path, largest, optional=COVARIANCE, time_unit=time_unit)
-    times, *poses = (columns[name] for name in POSE)
-    if (np.diff(times) <= 0).any():
-        k = int(np.argmax(np.diff(times) <= 0))
-        two = f"{times[k]:.15g} before {times[k + 1]:.15g}"
-        raise CorruptLog(f"{lines.path}: times must rise, got {two}")
-    poses = np.column_stack(poses)
+    rows = read_rows(path, largest, optional=COVARIANCE, time_unit=time_unit)
+    rows.check_order("time_s", "times", rising=True)
+    poses = np.column_stack([rows.columns[name] for name in POSE[1:]])
     for reason, is_bad in limits.no_headings(2):
-        if (bad := is_bad(poses)).any():
-            k = int(np.argmax(bad))
-            raise CorruptLog(
-                f"{lines.path}: heading_rad is {poses[k, 2]:g} in row {k + 1}, {reason}"
-            )
-    return Track(times, poses, _covariances(lines.path, columns))
+        rows.check(is_bad(poses), partial(_of_heading, poses, reason))
+    return Track(rows.columns["time_s"], poses, _covariances(rows))
+
+
+def _of_heading(poses: Float[np.ndarray, "k 3"], reason: str, row: int) -> str:
+    return f"heading_rad is {poses[row, 2]:g}, {reason}"
 
 
 def _check_level(path: Path, places: Float[np.ndarray, "k 3"]) -> None:
@@ -207,45 +199,30 @@ def _check_level(path: Path, places: Float[np.ndarray, "k 3"]) -> None:
         )
 
 
-def headings(quaternions: Float[np.ndarray, "k 4"]) -> Float[np.ndarray, " k"]:
-    """Return the headings, in rad, of unit quaternions qx qy qz qw."""
-    qx, qy, qz, qw = quaternions.T
-    return np.arctan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy**2 + qz**2))
-
-
-def _is_tum(lines: Lines) -> bool:
-    """Tell whether a file has no names of columns: numbers first, and no comment that has them."""
-    first = lines.points(next(lines.rows(), []))
-    if len(first) == 12 and are_numbers(first):
-        raise lines.error(f"{LONG}: 12 are a pose of KITTI, in space; read_space_track reads it")
-    named = ({*POSE} <= {cell.decode() for cell in cells} for cells in lines.headings())
-    return (not first or any(are_numbers([cell]) for cell in first)) and not any(named)
-
-
-def _covariances(path: Path, columns: dict[str, np.ndarray]) -> Float[np.ndarray, "k 3 3"] | None:
-    missing = [name for name in COVARIANCE if name not in columns]
+def _covariances(rows: Rows) -> Float[np.ndarray, "k 3 3"] | None:
+    missing = [name for name in COVARIANCE if name not in rows.columns]
     if len(missing) == len(COVARIANCE):
         return None
     if missing:
-        raise CorruptLog(f"{path}: some covariances are there, but no column {missing[0]}")
-    covs = np.empty((len(columns["time_s"]), 3, 3))
+        raise CorruptLog(f"{rows.path}: some covariances are there, but no column {missing[0]}")
+    covs = np.empty((len(rows.numbers), 3, 3))
     for name, i, j in zip(COVARIANCE, *np.triu_indices(3), strict=True):
-        covs[:, i, j] = covs[:, j, i] = columns[name]
-    try:
-        check_covariance("covariances", covs)
-    except ValueError as error:
-        raise CorruptLog(f"{path}: {error}") from error
+        covs[:, i, j] = covs[:, j, i] = rows.columns[name]
+    if fault := _fault(covs):
+        first = next(k for k, cov in enumerate(covs) if _fault(cov))
+        raise CorruptLog(f"{rows.path}, line {rows.numbers[first]}: {fault}")
     return covs
 
 
-RISING: Check = (
-    "its time does not lie after that of the line before",
-    lambda rows: np.diff(rows[:, 0], prepend=-np.inf) <= 0,
-)
-UNIT_LENGTH: Check = (
-    "its quaternion qx qy qz qw is not of unit length",
-    lambda rows: np.abs(np.linalg.norm(rows[:, -4:], axis=1) - 1) > 1e-3,
-)
+def _fault(covs: Float[np.ndarray, "... 3 3"]) -> str:
+    """Return why matrices are no covariances; nothing if they are."""
+    try:
+        check_covariance("covariances", covs)
+    except ValueError as error:
+        return str(error)
+    return ""
+
+
 UPRIGHT: Check = (
     "its quaternion qx qy qz qw turns the robot onto its side",
     lambda rows: np.hypot(rows[:, 4], rows[:, 5]) > np.sqrt(0.5),

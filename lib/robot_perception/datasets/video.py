@@ -12,7 +12,7 @@ from jaxtyping import Float, UInt8
 from robot_perception import checks
 from robot_perception.checks import instance
 from robot_perception.datasets.bags import Topics, check_topic, is_bag
-from robot_perception.datasets.containers import missing_bytes
+from robot_perception.datasets.containers import counts_pictures, missing_bytes
 from robot_perception.datasets.images import (
     ENDINGS,
     ImageSequence,
@@ -22,7 +22,7 @@ from robot_perception.datasets.images import (
     read_images,
 )
 from robot_perception.datasets.logs import as_path
-from robot_perception.datasets.pictures import LARGEST, CorruptImage
+from robot_perception.datasets.pictures import LARGEST, READ, UNREAD, CorruptImage
 from robot_perception.extras import needing
 from robot_perception.files import destination, written
 
@@ -51,8 +51,8 @@ class Film(Iterator[UInt8[np.ndarray, "height width 3"]]):
     rate
         Pictures in a second; none if nothing tells.
     promised
-        How many pictures the header of the film speaks of, which may be more or fewer than it
-        holds; none if it does not say. Of a folder, how many there are.
+        How many pictures the film says that it holds, which may be more than there are; none if it
+        does not count them. Of a folder, how many there are.
     pictures
         Their numbers, their times (s, or none) and themselves, as they are read.
     remarks
@@ -64,6 +64,8 @@ class Film(Iterator[UInt8[np.ndarray, "height width 3"]]):
         of its files; times are in seconds, and there are none where nothing tells them.
     finished
         Whether all were read.
+    composed
+        Whether the numbers are put together from several, so that they count nothing.
     """
 
     path: Path
@@ -76,6 +78,7 @@ class Film(Iterator[UInt8[np.ndarray, "height width 3"]]):
     numbers: list[int] = field(default_factory=list)
     times: list[float] = field(default_factory=list)
     finished: bool = False
+    composed: bool = False
 
     def __next__(self) -> UInt8[np.ndarray, "height width 3"]:
         """Read the next picture."""
@@ -112,7 +115,7 @@ class Film(Iterator[UInt8[np.ndarray, "height width 3"]]):
         ----------
         rate
             Pictures in a second where nothing tells the times; they then begin with 0, and a number
-            that is missing in a folder leaves a gap.
+            that is missing in a folder leaves a gap, unless numbers are put together from several.
 
         Raises
         ------
@@ -122,7 +125,8 @@ class Film(Iterator[UInt8[np.ndarray, "height width 3"]]):
         rate = checks.positive("rate", rate)
         if self.times:
             return np.array(self.times)
-        return np.array([number - self.numbers[0] for number in self.numbers]) / rate
+        counts = range(self.count) if self.composed else self.numbers
+        return np.array([number - counts[0] for number in counts]) / rate
 
 
 def read_film(path: str | Path, pattern: str | None = None, *, topic: Topics = None) -> Film:
@@ -168,12 +172,13 @@ def read_film(path: str | Path, pattern: str | None = None, *, topic: Topics = N
         zip(sequence.numbers, times, sequence, strict=True),
         _remarks(sequence),
         sequence.skipped,
+        composed=sequence.composed,
     )
 
 
 def _remarks(sequence: ImageSequence) -> list[str]:
     """Return sentences on what a folder lacks and what was skipped in it."""
-    remarks = []
+    remarks = list(sequence.remarks)
     if sequence.gaps:
         count = count_gaps(sequence.gaps)
         remarks.append(f"pictures that are missing: {count} ({name_gaps(sequence.gaps)})")
@@ -188,8 +193,8 @@ def read_video(path: str | Path) -> Film:
 
     It is turned as a telephone says that it was held. `Film.rate` is that of the header, unless the
     times of the first pictures contradict it. A film that was cut is refused where the file tells
-    that: AVI, MP4, Matroska, WebM, ASF and MJPEG. Of other formats, and where a recorder dropped
-    pictures, `Film.missing` has how many fewer there are than the header promises. While it is
+    that: AVI, MP4, Matroska, WebM, ASF, FLV and MJPEG. Where the film counts its pictures (AVI,
+    MP4, MXF), `Film.missing` has how many fewer there are, as a recorder dropped some. While it is
     read, a picture that cannot be decoded is an error if others follow it; some decoders hide it.
 
     Parameters
@@ -216,7 +221,10 @@ def read_video(path: str | Path) -> Film:
         head = file.read(512)
     if head and not CONTROL.search(head) and not head.startswith(b"YUV4MPEG2"):
         raise CorruptImage(f"{path}: no film, or a damaged one: a text, such as a list of films")
-    if path.suffix.lower() in ENDINGS and path.suffix.lower() != ".gif":
+    ending = path.suffix.lower()
+    if ending in UNREAD:
+        raise CorruptImage(f"{path}: a picture in {UNREAD[ending]}, which is not read; {READ}")
+    if ending in ENDINGS and ending != ".gif":
         raise CorruptImage(f"{path}: a picture, and no film; read_film takes the folder of many")
     if lost := missing_bytes(path):
         raise CorruptImage(f"{path}: no whole film: it was cut, {lost} bytes are missing")
@@ -230,7 +238,7 @@ def read_video(path: str | Path) -> Film:
         path,
         shape,
         rate,
-        int(promised) if 0 < promised < MOST else None,
+        int(promised) if 0 < promised < MOST and counts_pictures(path) else None,
         _frames(path, rate),
         _shape_of_pixels(film),
     )

@@ -5,6 +5,8 @@ from jaxtyping import Float
 
 from robot_perception import checks
 
+SCALINGS = 3
+
 
 def apply(
     homography: Float[np.ndarray, "... 3 3"], points: Float[np.ndarray, "... n 2"]
@@ -34,7 +36,7 @@ def apply(
     H = checks.array("homography", homography, (..., 3, 3))
     points = checks.array("points", points, (..., "n", 2))
     checks.check_batches(homography=H.shape[:-2], points=points.shape[:-2])
-    condition = np.linalg.cond(H).max(initial=0.0)
+    condition = condition_number(H).max(initial=0.0)
     if condition > 1 / np.finfo(float).eps:
         raise ValueError(f"homography must not be singular, its condition is {condition:.3g}")
     images = points @ H[..., :2].mT + H[..., None, :, 2]
@@ -44,3 +46,34 @@ def apply(
     if lost:
         raise ValueError(f"points must not go to infinity, got {lost} of {scale.size} that do")
     return images[..., :2] / scale
+
+
+def condition_number(homography: Float[np.ndarray, "... 3 3"]) -> Float[np.ndarray, "..."]:
+    """Return how near homographies are to singular ones, in whatever units their points are.
+
+    Where a matrix is badly conditioned in its own units, rows and columns are scaled until the
+    largest entry of each is 1: millimetres in the coordinates of a map make no matrix singular.
+
+    Parameters
+    ----------
+    homography : (…, 3, 3)
+        Matrices.
+
+    Returns
+    -------
+    (…)
+        The quotients of largest and smallest singular values, infinite for singular ones.
+
+    Raises
+    ------
+    ValueError
+        If the shape is another, or a number is not finite.
+    """
+    H = checks.array("homography", homography, (..., 3, 3))
+    found = np.linalg.cond(H)
+    scaled = H
+    for _ in range(SCALINGS):
+        for axis in (-1, -2):
+            largest = np.abs(scaled).max(axis=axis, keepdims=True)
+            scaled = scaled / np.where(largest > 0, largest, 1.0)
+    return np.minimum(found, np.linalg.cond(scaled))

@@ -129,6 +129,12 @@ def test_the_same_picture_twice_gives_no_direction_of_its_own():
         (lambda: Eigenfaces.learn(FACES, NAMES, 24), "count must be"),
         (lambda: Eigenfaces.learn(FACES * np.nan, NAMES, 4), "faces must be finite"),
         (lambda: Eigenfaces.learn(FACES[:2] * 0, ["a", "b"], 1), "faces must differ"),
+        (lambda: Eigenfaces.learn(FACES[[0] * 7] * 0.1, [*"aaabbbb"], 3), "faces must differ"),
+        (
+            lambda: Eigenfaces.learn([FACES[0] / 255, FACES[0] * (1 / 255)], ["a", "a"], 1),
+            "faces must differ",
+        ),
+        (lambda: enrol(FACES[[3] * 5] / 3, ["a"] * 5, 2), "faces must differ"),
         (lambda: MODEL.describe(np.zeros((9, 8))), "face must be"),
         (lambda: MODEL.rebuild(FACES[0], 11), "count must be"),
         (lambda: MODEL.distances(np.zeros(3)), "descriptor must be"),
@@ -143,6 +149,23 @@ def test_the_same_picture_twice_gives_no_direction_of_its_own():
 def test_what_is_wrong_is_named(wrong, text):
     with pytest.raises(ValueError, match=text):
         wrong()
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-12, 1e6])
+@pytest.mark.parametrize("rows", [(0, 0, 1), (0, 0, 0, 1), (0, 1, 1), (0, 0, 1, 1), (0, 1, 0, 1)])
+def test_a_gallery_may_hold_equal_pictures(rows, scale):
+    """Each of them is known again, whichever picture the folds leave alone with its copies."""
+    faces = FACES[list(rows)] * scale
+    known = enrol(faces, ["ann"] * len(rows), len(rows) - 1, accepted=1.0)
+    assert len(known.images) == 1
+    assert [known.recognise(face).name for face in faces] == ["ann"] * len(rows)
+    assert known.recognise(-20 * faces[0]).name is None
+
+
+def test_who_has_copies_of_one_picture_only_is_known_by_that_picture():
+    faces = FACES[[0, 0, 12, 12]] / 7
+    known = enrol(faces, ["ann", "ann", "bob", "bob"], 3)
+    assert [known.recognise(face).name for face in faces] == ["ann", "ann", "bob", "bob"]
 
 
 def test_two_pictures_of_one_person_are_as_far_apart_as_a_third_may_be():

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from robot_perception.appearance import certainty, colour_shape, single_cues
 from robot_perception.appearance import colour_distribution as colours
-from robot_perception.appearance import colour_shape, single_cues
 from tests.appearance.shapes import MIDDLE, pear
 from tests.hostile.calls._appearance_shape import IMAGE, MASK
 from tests.hostile.sweep import call
@@ -18,6 +18,8 @@ RULES = colour_shape.ColourShapeRules(samples=3, points=20)
 TRACKER = colour_shape.ColourShapeTracker(DYNAMICS, RULES)
 START = TRACKER.start(IMAGE, OUTLINE, rng=np.random.default_rng(0))
 COLOUR, EDGE = single_cues.ColourTracker(RULES), single_cues.EdgeTracker(RULES)
+SURE = certainty.CertaintyRules()
+FIRST = certainty.original(IMAGE, OUTLINE, SURE)
 WINDOW = single_cues.WindowTracker(RULES.binning, True, 0.2, True)
 
 
@@ -67,6 +69,10 @@ CALLS = {
     ),
     colour_shape.colours_inside: lambda: call(IMAGE, OUTLINE, RULES, rng=rng()),
     colour_shape.inner: lambda: call(MASK, 2),
+    certainty.CertaintyRules: lambda: call(SURE.binning, (1.2, 1.5), 0.1, 1.0, 1.0, -1.0, 0.4),
+    certainty.Original: lambda: call(FIRST.halves, 400.0),
+    certainty.original: lambda: call(IMAGE, OUTLINE, SURE),
+    certainty.certainty: lambda: call(IMAGE, OUTLINE, FIRST, SURE),
     single_cues.ColourTracker: lambda: call(RULES, True),
     single_cues.ColourTracker.start: lambda: call(COLOUR, IMAGE, OUTLINE),
     single_cues.ColourTracker.step: lambda: call(COLOUR, COLOUR.start(IMAGE, OUTLINE), IMAGE),

@@ -107,6 +107,7 @@ CALLS = {
     icondensation.FaceFilterState: lambda: call(ParticleSet.uniform(PLACED), EVEN[:2]),
     icondensation.FaceFilter: lambda: call(FILTER.rules),
     icondensation.FaceFilter.start: lambda: call(FILTER, COLOUR, BOX, rng=rng()),
+    icondensation.FaceFilter.sees: lambda: call(FILTER, COLOUR, BOX),
     icondensation.FaceFilter.step: lambda: call(FILTER, WALKED, COLOUR, BOXES, rng=rng()),
     icondensation.FaceFilter.log_likelihood: lambda: call(FILTER, COLOUR, PLACED, EVEN[:2]),
     features.integral: lambda: call(GREY),

@@ -29,6 +29,14 @@ TABLE = write(FOLDER / "table.csv", [b"time_s,x_m,y_m,heading_rad", b"1,0,0,0", 
 BOXES = write(FOLDER / "boxes.csv", [b"frame,x,y,w,h", b"1,3,4,10,12"])
 COLUMNS = write(FOLDER / "columns.csv", [b"time_s,x_m,wrong", b"1,0,0.5"])
 MOVES = write(FOLDER / "moves.csv", [b"time_s,speed_m_s,turn_rate_rad_s", b"1,0,0.5"])
+SEEN = write(FOLDER / "seen.csv", [b"time_s,landmark,x_m,wrong", b"1,0,0.5,0.5"])
+FELT = write(
+    FOLDER / "felt.csv",
+    [
+        b"time_s,sensor,distance_m,direction_rad,distance_sigma_m,direction_sigma_rad",
+        b"1,laser,2,0,0.1,0.1",
+    ],
+)
 READINGS = write(FOLDER / "ranges.csv", [b"0.4,2", b"3,4"])
 TIMES = np.array([1.0, 2.0, 3.0])
 savemat(FOLDER / "car.mat", {"time": TIMES, "speed": TIMES, "steering": TIMES})
@@ -61,6 +69,9 @@ for name in ("kitti/image_l/0.png", "kitti/image_r/0.png", "pairs/graf1.png", "p
 for name in ("aloeL.jpg", "aloeR.jpg", "aloeGT.png"):
     Image.fromarray(GREY).save(PAIRS / name)
 LEFT = b"9 0 8 0 0 9 8 0 0 0 1 0"
+NAMED = write(
+    FOLDER / "named.txt", [b"P0: " + LEFT, b"P1: " + LEFT.replace(b"8 0 0", b"8 -1 0", 1)]
+)
 write(KITTI / "calib.txt", [LEFT, LEFT.replace(b"8 0 0", b"8 -1 0", 1)])
 write(KITTI / "poses.txt", [b"0 1 0 0 0 0 1 0 0 0 0 1 0"])
 write(FEATURES / "VO_calibration.txt", [b"9 9 0 8 8 0.5"])
@@ -123,16 +134,22 @@ CALLS = {
     SpaceTrack.at: lambda: call(
         SpaceTrack(TIMES[:2], np.array([np.eye(4)] * 2)), TIMES, longest_gap=2.0
     ),
-    datasets.ImageSequence: lambda: call((PICTURE,), (0,), False, (0.5,), (), False),
+    datasets.ImageSequence: lambda: call((PICTURE,), (0,), False, (0.5,), (), False, ("a",)),
     datasets.StereoSequence: lambda: call(SEQUENCE, SEQUENCE),
     datasets.add_dataset: adding,
     datasets.bag_topics: lambda: call(BAG),
     datasets.is_bag: lambda: call(BAG),
     datasets.read_bag_film: lambda: call(BAG, "/left/image_rect"),
-    datasets.read_bag_log: lambda: call(BAG, ("/odom", "/scan"), still=True),
+    datasets.read_bag_commands: lambda: call(BAG, "/odom"),
+    datasets.read_bag_log: lambda: call(
+        BAG, ("/odom", "/scan"), still=True, way=datasets.read_track(BAG)
+    ),
     datasets.read_bag_motion: lambda: call(BAG, "/odom"),
     datasets.read_bag_scans: lambda: call(BAG, "/scan"),
-    datasets.read_bag_stereo: lambda: call(BAG, None, tolerance=0.1),
+    datasets.read_bag_stereo: lambda: call(
+        BAG, None, tolerance=0.1, baseline=0.1, calibration=CALIBRATION
+    ),
+    datasets.share_topics: lambda: call(("/odom", "/scan"), BAG, BAG),
     datasets.dataset: lambda: call("mine"),
     datasets.fetch: lambda: call("mine", "a.txt", progress=False, timeout=1.0),
     datasets.find: lambda: call("mine", "a.txt"),
@@ -174,7 +191,12 @@ CALLS = {
     datasets.read_space_track: lambda: call(TABLE, time_unit="s", topic="/a"),
     datasets.track_format: lambda: call(TABLE, topic="/a"),
     datasets.read_commands: lambda: call(MOVES, time_unit="s", topic="/a"),
-    datasets.read_calibration: lambda: call(KITTI / "calib.txt"),
+    datasets.read_calibration: lambda: call(NAMED, cameras=(0, 1)),
+    datasets.read_detections: lambda: call(FELT, ["laser"], time_unit="s"),
+    datasets.read_landmarks: lambda: call(SEEN, {"x_m": 9.0}, time_unit="s"),
+    datasets.read_stereo: lambda: call(
+        KITTI, sides=("image_l", "image_r"), calibration="calib.txt", allow_gaps=True
+    ),
     datasets.write_columns: lambda: call(FOLDER / "out.csv", {"time_s": TIMES}, overwrite=True),
     datasets.write_kitti: lambda: call(FOLDER / "out.txt", np.eye(4)[None], overwrite=True),
     datasets.write_mot: lambda: call(
@@ -184,6 +206,14 @@ CALLS = {
         boxes=np.ones((2, 4)),
         points=np.ones((2, 3)),
         confidences=np.ones(2),
+        overwrite=True,
+    ),
+    datasets.write_plan: lambda: call(
+        FOLDER / "out.svg",
+        walls=np.ones((2, 2, 2)),
+        way=np.ones((3, 2)),
+        marks=np.ones((2, 2)),
+        names=["1", "2"],
         overwrite=True,
     ),
     datasets.write_ply: lambda: call(

@@ -17,6 +17,7 @@ from robot_perception.people import (
     tracker,
     trajectories,
     verification,
+    walking,
 )
 from tests.hostile.sweep import call
 from tests.people import scenes
@@ -48,6 +49,7 @@ AGAIN = Detections(1.1, "laser", SEEN.positions)
 STAYS, _ = trajectories.watch(
     trajectories.Stays.none(), THERE, np.zeros(3), trajectories.StaticRules()
 )
+WALKS = walking.watch_walks(walking.Walks.none(), THERE, np.zeros(3), walking.WalkRules())
 FRAME = scores.Frame(THERE.points, THERE.identity, THERE.points, THERE.identity)
 BUSY = behaviours.State("busy", 0, 1.0, 0.5)
 PEOPLE = tracker.PeopleTracker()
@@ -113,6 +115,14 @@ CALLS = {
     trajectories.Stays: lambda: call(STAYS.identity, STAYS.place, STAYS.since),
     trajectories.Stays.none: call,
     trajectories.watch: lambda: call(STAYS, THERE, np.ones(3), trajectories.StaticRules()),
+    walking.WalkRules: lambda: call(0.8, 1.5, 0.45, 2.0, 0.15, 3.0),
+    walking.Walks: lambda: call(
+        WALKS.identity, WALKS.since, WALKS.start, WALKS.last, WALKS.walked, WALKS.seen
+    ),
+    walking.Walks.none: call,
+    walking.Walks.have_walked: lambda: call(WALKS, walking.WalkRules()),
+    walking.Walks.are_known: lambda: call(WALKS, 1.5, walking.WalkRules()),
+    walking.watch_walks: lambda: call(WALKS, THERE, np.ones(3), walking.WalkRules()),
     tracker.PeopleTracker: lambda: call(RULES, trajectories.StaticRules()),
     tracker.PeopleState: lambda: call(THERE, STAYS, np.ones(3)),
     tracker.PeopleTracker.start: lambda: call(PEOPLE, np.ones(3)),

@@ -24,6 +24,11 @@ from robot_perception import checks
 
 __all__ = ["Eigenfaces", "Recognition", "enrol"]
 
+SMALLEST = 1e-9
+"""Share of the largest variation of a gallery below which a direction is left out."""
+ROUNDING = 1e-14
+"""Share of a picture's values and length that is not to be trusted; of a square, of the square."""
+
 Faces = Float[np.ndarray, "n rows columns"]
 Face = Float[np.ndarray, "rows columns"]
 
@@ -150,13 +155,13 @@ class Eigenfaces:
         if len(names) != len(faces):
             raise ValueError(f"names must be {len(faces)}, as the faces, got {len(names)}")
         count = checks.whole("count", count, 1, len(faces) - 1)
+        if _are_alike(faces):
+            raise ValueError("faces must differ, got the same picture throughout")
         mean = faces.mean(axis=0)
         centred = (faces - mean).reshape(len(faces), -1)
         _, singular, directions = np.linalg.svd(centred, full_matrices=False)
         deviations = singular / np.sqrt(len(faces) - 1)
-        kept = min(count, int((singular > 1e-9 * max(singular[0], 1e-9)).sum()))
-        if not kept:
-            raise ValueError("faces must differ, got the same picture throughout")
+        kept = min(count, int((singular > SMALLEST * singular[0]).sum()))
         flat = directions[:kept]
         flat = flat * np.where(flat.sum(axis=1) < 0, -1.0, 1.0)[:, None]  # one of two signs
         return cls(
@@ -290,22 +295,31 @@ def enrol(
     for name in model.people:
         mine = np.flatnonzero(whose == name)
         turn[mine] = np.arange(len(mine)) * min(folds, len(mine)) // len(mine)
-    if len(whose) == 2:
-        apart = float(np.sqrt(np.mean((faces[1] - faces[0]) ** 2)))
-        between = float(model.distances(model.descriptors[0]).max())
-        return replace(model, most_distance=between, most_from_space=apart)
     distances, from_space = [], []
     for fold in range(turn.max() + 1):
         others = turn != fold
         part = min(count, int(others.sum()) - 1)
+        if _are_alike(faces[others]):
+            for k in np.flatnonzero(~others):
+                distances.append(model.distances(model.descriptors[k])[others].min())
+                from_space.append(np.sqrt(np.mean((faces[k] - faces[others][0]) ** 2)))
+            continue
         space = Eigenfaces.learn(faces[others], list(whose[others]), part, whiten=whiten)
         for k in np.flatnonzero(~others):
             found = space.recognise(faces[k])
             same = np.array(space.names) == whose[k]
             distances.append(space.distances(found.descriptor)[same].min())
             from_space.append(found.from_space)
-    return replace(
+    length, pixels = np.linalg.norm(faces, axis=(1, 2)).max(), faces[0].size
+    return replace(  # at least what rounding makes of a picture that is in the gallery
         model,
-        most_distance=float(np.quantile(distances, accepted)),
-        most_from_space=float(np.quantile(from_space, accepted)),
+        most_distance=float(max(np.quantile(distances, accepted), ROUNDING * length)),
+        most_from_space=float(
+            max(np.quantile(from_space, accepted), np.sqrt(ROUNDING / pixels) * length)
+        ),
     )
+
+
+def _are_alike(faces: Faces) -> bool:
+    """Return whether pictures are the same but for rounding."""
+    return bool(np.abs(faces - faces[0]).max() <= ROUNDING * np.abs(faces).max())

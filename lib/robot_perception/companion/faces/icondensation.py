@@ -189,14 +189,30 @@ class FaceFilter:
         Raises
         ------
         TypeError, ValueError
-            As `patch_histograms`; also if the box has no area.
+            As `patch_histograms`; also if the box has no area, or nothing of the face lies in the
+            picture.
         """
         checks.generator("rng", rng)
         left, top, side, high = check_box("box", box)
         at = np.array([left + side / 2, top + high / 2, side])
         reference = self._colours(image, at[None])[0]
+        if not reference[0].any():  # nothing of the face; the hair may be above the picture
+            size = image.shape[1::-1]
+            raise ValueError(f"box must reach into the picture of {size} px, got {box}")
         states = self._walked(np.tile(at, (self.rules.particles, 1)), rng)
         return FaceFilterState(ParticleSet.uniform(states), reference)
+
+    def sees(self, image: Image, box: Float[np.ndarray, " 4"]) -> bool:
+        """Tell whether something of a face in a box lies in the picture; hair does not count.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As `patch_histograms`; also if the box has no area.
+        """
+        left, top, side, high = check_box("box", box)
+        at = np.array([[left + side / 2, top + high / 2, side]])
+        return bool(self._colours(image, at)[0, 0].any())
 
     def step(
         self,
