@@ -35,22 +35,25 @@ def test_what_is_drawn_is_similar_to_what_is_there_with_y_up(tmp_path):
     np.testing.assert_allclose(found - found[0], flipped - flipped[0], atol=0.11)
     assert {"7", "<8>"} <= {text.text for text in root.iter(f"{SVG}text")}
     size = np.array([float(root.get("width")), float(root.get("height"))])
+    assert size.max() == 1000
     assert (found >= 0).all()
     assert (found <= size).all()
 
 
 def test_the_grid_says_its_metres(tmp_path):
     """Between two lines lie as many pixels as the scale and the difference of their names say."""
-    datasets.write_plan(tmp_path / "a.svg", walls=WALLS + 100)
+    datasets.write_plan(tmp_path / "a.svg", walls=WALLS + 100.3)
     root, lines = drawn(tmp_path / "a.svg")
     scale = np.linalg.norm(lines[0][1] - lines[0][0]) / 6
     upright = [line for line in root.iter(f"{SVG}line") if line.get("x1") == line.get("x2")]
     names = [text.text for text in root.iter(f"{SVG}text")][: len(upright)]
     values = [float(re.sub(" m$", "", name)) for name in names]
     places = [float(line.get("x1")) for line in upright]
-    assert len(values) >= 4
+    assert 4 <= len(values) <= 13
+    step = values[1] - values[0]
+    np.testing.assert_allclose(values, step * np.round(np.divide(values, step)))
     np.testing.assert_allclose(np.diff(places), scale * np.diff(values), atol=0.11)
-    assert places[0] == pytest.approx(lines[0][0, 0] + scale * (values[0] - 100), abs=0.11)
+    assert places[0] == pytest.approx(lines[0][0, 0] + scale * (values[0] - 100.3), abs=0.11)
 
 
 @pytest.mark.parametrize("far", [0.0, 1e-9, 1e6, 1e12])

@@ -55,7 +55,14 @@ CASES = {  # a track, and whether it has walked in the end
     ),
     "is seen at each third reading": ({"track": ahead, "seen": lambda k: k % 3 == 0}, True),
     "is seen at each fifth reading": ({"track": ahead, "seen": lambda k: k % 5 == 0}, False),
-    "is seen for a moment": ({"track": ahead, "seen": lambda k: k % 12 < 9}, False),
+    "is seen for moments": (
+        {"track": lambda time: (2.0, 1.5 * time), "seen": lambda k: k % 14 < 9},
+        False,
+    ),
+    "walks there and back": (
+        {"track": lambda time: (2.0, 0.9 * min(time, 4 - time))},
+        True,
+    ),
 }
 
 
