@@ -75,6 +75,12 @@ def files(words: list[str]) -> list[str]:
     return sorted(word for word in words if word[:2] in ("a.", "b."))
 
 
+def error(said: str) -> str:
+    """Return the line of what a script said that is its error."""
+    (line,) = [line for line in said.splitlines() if line.startswith("Error: ")]
+    return line
+
+
 @pytest.mark.parametrize("since", [0.0, 1.7e9], ids=["from 0", "from 1970"])
 @pytest.mark.parametrize("units", [("s", "ms"), ("ns", "s")], ids="-".join)
 @pytest.mark.parametrize("name", TWO)
@@ -96,7 +102,7 @@ def test_each_of_two_files_has_its_own_unit_of_time(name, units, since, tmp_path
     given = [word for unit in units for word in ("--time-unit", unit)]
     assert play(tmp_path, *words, *given) == expected
     for unit in units:
-        said = play(tmp_path, *words, "--time-unit", unit, code=1).splitlines()[-1]
+        said = error(play(tmp_path, *words, "--time-unit", unit, code=1))
         assert said.endswith(f"{' '.join(given)} would help")
 
 
@@ -106,7 +112,7 @@ def test_two_clocks_are_told_with_what_they_span(name, tmp_path):
     names = files(words)
     first(tmp_path / names[0], "s", 0.0)
     second(tmp_path / names[1], "s", 1.7e9)
-    said = play(tmp_path, *words, code=1).splitlines()[-1]
+    said = error(play(tmp_path, *words, code=1))
     assert "no time in common: " in said
     assert f"{names[0]} from 0.000 to 3.900 s" in said
     assert f"{names[1]} from 1700000000." in said
