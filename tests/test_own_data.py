@@ -748,7 +748,8 @@ def test_a_box_comes_out_as_it_went_in(box, tmp_path):
     for kind in ("ellipse", "camshift", "shape"):
         said = run(tmp_path, "track.py", kind, "film.avi", box, "run", "--force")
         (found,) = read_boxes(tmp_path / "run.csv").boxes
-        assert found.tolist() == numbers(said, "last box:") == [float(k) for k in box.split(",")]
+        *last, _ = numbers(said, "last box:")  # and how sure it is
+        assert found.tolist() == last == [float(k) for k in box.split(",")]
 
 
 def test_what_has_slid_beside_a_real_head_is_called_lost(tmp_path):

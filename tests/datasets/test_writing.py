@@ -253,6 +253,7 @@ WRITE = {
     "kitti": lambda to, **how: datasets.write_kitti(to, POSES, **how),
     "ply": lambda to, **how: datasets.write_ply(to, POINTS, **how),
     "mot": lambda to, **how: datasets.write_mot(to, np.array([1]), np.array([1]), **how),
+    "plan": lambda to, **how: datasets.write_plan(to, way=POINTS[:, :2], **how),
     "video": lambda to, **how: datasets.write_video(to, iter([FRAME] * 2), rate=5, **how),
 }
 
