@@ -114,6 +114,7 @@ def test_what_is_left_computes_the_same(name):
 def test_what_is_left_of_any_function_of_a_room_computes_the_same(room):
     calls = importlib.import_module(f"tests.hostile.calls.{room}").CALLS
     functions = [f for f in calls if inspect.isfunction(python(f)) and "." not in f.__qualname__]
+    functions = [f for f in functions if not inspect.isgeneratorfunction(python(f))]
     assert functions
     for function in functions:
         (args, kwargs), (again, named) = calls[function](), calls[function]()
