@@ -1232,6 +1232,7 @@ FILES = EXAMPLES | {
         ("stereo_slam.py . out", "calib.txt: the matrices are not those of a rectified pair"),
         ("stereo_slam.py half out", "image_l: there is no such folder"),
         ("stereo_slam.py alone out", "image_l: 1 pictures of left have no partner: 1"),
+        ("stereo_slam.py grey out --baseline 0.1", "--baseline is for a BAG; grey has a"),
         ("stereo_slam.py grey out", "left and right have 0 matches by descriptor"),
         ("people.py here.csv out", "'here.csv' is not one of 'detections', 'legs'"),
         ("people.py sonar here.csv out", "'sonar' is not one of"),

@@ -54,6 +54,10 @@ def recorded(root, topic, baseline):
         how = {"baseline": baseline, "calibration": given}
         pairs = tell(datasets.read_bag_stereo(root, topic, tolerance=APART, **how))
         return pairs, pairs.calibration.rig(pairs.size), pairs.times
+    if baseline is not None:
+        raise ValueError(
+            f"--baseline is for a BAG; {root} has a calibration, or CALIBRATION is one"
+        )
     how = {"sides": SIDES, "calibration": CALIBRATION, "allow_gaps": GAPS}
     found = tell(datasets.read_stereo(root, **how))
     pairs, times = found.frames, found.frames.left.times

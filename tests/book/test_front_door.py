@@ -1,14 +1,17 @@
 """The way in: landing page, README and errata are in step with the chapters."""
 
 import re
+from string import Formatter
 
 import pytest
 
 from robot_perception.chapters import CHAPTERS, PRIMER
 from robot_perception.teaching.badges import recorded
 from robot_perception.teaching.contents import read
+from robot_perception.teaching.overview import holds
 from robot_perception.teaching.papers import PAPERS
 from robot_perception.teaching.paths import PATHS
+from robot_perception.teaching.scorecard import OURS
 from tests.book.pages import BOOK, ROOT
 
 CONTENTS = read()
@@ -68,3 +71,12 @@ def test_errata_name_every_paper_and_every_claim_of_an_erratum():
     }
     claims = {entry.id for entry in recorded().entries if entry.id.startswith("erratum-")}
     assert claims <= set(re.findall(r"scorecard\.ipynb#([\w-]+)", ERRATA))
+
+
+def test_it_is_said_what_holds_of_each_paper_and_of_ours_by_claims_that_are_recorded():
+    said = holds()
+    assert {*said} == {*PAPERS, OURS}
+    for key, text in said.items():
+        named = {name for _, name, _, _ in Formatter().parse(text) if name}
+        assert all(recorded()[name].paper == key for name in named)
+        assert len(named) >= 2 or key == OURS

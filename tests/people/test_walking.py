@@ -1,4 +1,4 @@
-"""Who has walked is told from what stands, jumps, or was out of sight on the way."""
+"""Tests that a walk is told from standing, from jumps, and from time out of sight."""
 
 import numpy as np
 import pytest

@@ -221,10 +221,13 @@ def test_the_largest_grid_is_allowed():
 
 
 def shown(explorer):
-    """Return the outputs of a cell that ends with an explorer."""
+    """Return the outputs of a cell that ends with an explorer, and leave no shell behind."""
     shell = InteractiveShell.instance()  # before the capture, which takes its publisher
-    with capture_output(stdout=False, stderr=False) as captured:
-        shell.display_formatter.format(explorer)
+    try:
+        with capture_output(stdout=False, stderr=False) as captured:
+            shell.display_formatter.format(explorer)
+    finally:
+        InteractiveShell.clear_instance()
     return [output.data for output in captured.outputs]
 
 

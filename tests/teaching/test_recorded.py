@@ -261,9 +261,6 @@ WHY = {
 
 @pytest.mark.parametrize("change", WHY)
 def test_it_is_computed_after(change, stored, monkeypatch, caplog):
-    monkeypatch.setattr(module.log, "disabled", False)  # as whoever configures logging may leave it
-    monkeypatch.setattr(module.log, "propagate", True)
-    caplog.set_level("WARNING")
     function = change(stored, monkeypatch)
     COMPUTED.clear()
     if change is not half_a_summary:

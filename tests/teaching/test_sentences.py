@@ -45,6 +45,7 @@ def test_a_value_has_the_digits_that_its_interval_leaves(value, form, text):
         (1.0, 1.0, "share", "", "exactly 100 %"),
         (0.1, 1.0, "points", "", "at least 10 points"),
         (8.62, 100.0, "number", "points", "at least 8.62 points"),
+        (0.0, 100.0, "number", "points", "at least 0 points"),
         (0.0, 1.1, "times", "", "at most 1.1 times"),
         (0.0, 1.0, "times", "", "at most the same"),
         (1.25, math.inf, "times", "", "at least 1.25 times"),

@@ -1,4 +1,4 @@
-"""Who has walked: what stands still may be a chair, however long it is seen.
+"""Tell people from chairs by whether they have walked.
 
 Two legs of a chair look like two of a person. What tells them apart is that people walk: a
 hypothesis is a walker once it has been seen to go some distance, from sighting to sighting and as

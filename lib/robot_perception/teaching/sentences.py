@@ -70,10 +70,12 @@ def wanted(accepted: Accepted, form: Form | str, value: Interval) -> str:
     written = _exact(low), _exact(high)
     if low == high:
         word, limit = "exactly", high
-    elif low <= least or (low == 0 and value.low >= 0 and high > 0 and form is Form.NUMBER):
+    elif low <= least:
         word, limit = "at most", high
     elif high >= most:
         word, limit = "at least", low
+    elif low == 0 and value.low >= 0 and form is Form.NUMBER:
+        word, limit = "at most", high
     elif written[0] == written[1]:
         word, limit = "exactly", high
     else:
