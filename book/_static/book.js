@@ -1,9 +1,43 @@
-/* Sources are handed over, not shown. What scrolls sideways can be reached by keyboard: wide formulas and code get a place in the tab order. */
+/* One switch shows the code of drawings, tables and controls. Sources are handed over, not shown. What scrolls sideways can be reached by keyboard: wide formulas and code get a place in the tab order. */
 (() => {
   "use strict";
   const boxes = "mjx-container[display='true'], .bd-article div.math, .bd-article .rp-source .highlight, .bd-article .text_html";
 
+  const machinery = "div.cell.tag_hide-input:not(.tag_fold) > details.hide.above-input";
+
   let screenTheme = "light";
+
+  function offerCode() { // what a reader need not see to follow is shown when asked for
+    const folds = document.querySelectorAll(machinery);
+    const place = document.querySelector(".article-header-buttons");
+    if (!folds.length || !place) return;
+    const button = document.createElement("button");
+    button.type = "button";
+    button.className = "btn btn-sm rp-all-code";
+    button.title = `Show the code of drawings, tables and controls, too (${folds.length} cells)`;
+    button.innerHTML = '<span aria-hidden="true">&lt;/&gt;</span> <span>All code</span>';
+    const show = (all) => {
+      document.documentElement.classList.toggle("rp-with-code", all);
+      button.setAttribute("aria-pressed", String(all));
+      for (const fold of folds) fold.open = all;
+    };
+    button.addEventListener("click", () => {
+      const all = button.getAttribute("aria-pressed") !== "true";
+      remember(all);
+      show(all);
+    });
+    place.prepend(button);
+    show(remember());
+  }
+
+  function remember(all) { // from page to page, where a browser lets a page keep something
+    try {
+      if (all !== undefined) localStorage.setItem("rp-all-code", all ? "1" : "");
+      return localStorage.getItem("rp-all-code") === "1";
+    } catch {
+      return false;
+    }
+  }
 
   function mark() {
     for (const box of document.querySelectorAll(boxes)) {
@@ -32,6 +66,7 @@
 
   addEventListener("load", () => {
     document.querySelectorAll("a.btn-download-source-button").forEach((link) => { link.download = ""; });
+    offerCode();
     mark();
     addEventListener("resize", mark);
     document.addEventListener("toggle", measure, true);

@@ -23,6 +23,8 @@ from tests.book.pages import BOOK, notebook
 
 SHOWN, FOLDED, UNSEEN = 30, 40, 45
 """Lines of a cell that shows its code, of one behind a fold, and of one that no page shows."""
+FOLDS = 8
+"""Most folds that a page shows to readers: proofs, how something was chosen or measured, rows."""
 LEAST, MOST = 60, 220
 """So many lines of code shows a chapter, exercises apart."""
 THIRD_PARTY = {"numpy", "scipy", "pandas", "sympy", "cv2"}
@@ -165,6 +167,20 @@ def test_a_cell_is_one_idea(stem: str):
         if len(lines(cell)) > most_lines(cell)
     ]
     assert not long, "\n".join(long)
+
+
+def is_fold(cell: NotebookNode) -> bool:
+    """Tell whether a page shows a cell as a fold; other code waits for the switch of the page."""
+    return "hide-output" in tags(cell) or {"hide-input", "fold"} <= tags(cell)
+
+
+@EACH
+def test_a_page_has_few_folds_and_drawings_are_none(stem: str):
+    folds = [cell for cell in code_cells(stem) if is_fold(cell)]
+    assert len(folds) <= FOLDS
+    for cell in folds:
+        assert cell.metadata["mystnb"]["code_prompt_show"] not in ("Draw", "Imports"), cell.id
+    assert not [c.id for c in code_cells(stem) if "fold" in tags(c) and not is_fold(c)]
 
 
 @EACH

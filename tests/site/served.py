@@ -36,6 +36,7 @@ STAGES = (DARK, LIGHT, PHONE, DARK_PHONE, PAPER, A4, END)
 
 SILENCE_MS = 1100
 MOST_ROWS = 7
+MOST_FOLDS = 8
 WHOLE = ".bd-article :is(.rp-table, div.math, mjx-container[display='true'])"
 CODE = ".bd-article div.highlight pre"
 
@@ -53,7 +54,15 @@ def other_theme(themes: Iterable[str]) -> list[str]:
 
 def sideways(at: Standing) -> list[str]:
     """Say which tables and formulas are not whole; in a window which code, too."""
-    return at.page.evaluate(SIDEWAYS, WHOLE if at.stage == PHONE else f"{WHOLE}, {CODE}")
+    if at.stage == PHONE:
+        return at.page.evaluate(SIDEWAYS, WHOLE)
+    switches = at.page.locator(".rp-all-code").all()
+    for switch in switches:
+        switch.click()
+    wide = at.page.evaluate(SIDEWAYS, f"{WHOLE}, {CODE}")
+    for switch in switches:
+        switch.click()
+    return wide
 
 
 def too_long(rows: Iterable[int]) -> list[str]:
@@ -141,12 +150,12 @@ def played(at: Standing) -> list[dict[str, Any]]:
 
 
 def posters(at: Standing) -> list[dict[str, bool]]:
-    """Return which posters of films are drawings, and which are dark."""
+    """Return which posters of films hold drawings, and which are dark as far as they do."""
     return at.page.eval_on_selector_all(
         ".rp-film .rp-key:not([hidden]) img",
         """images => images.map(img => ({
-          drawn: !!img.closest(".rp-drawing"),
-          dark: getComputedStyle(img).filter.includes("invert"),
+          drawn: !!img.closest(".rp-drawing, .rp-shaded"),
+          dark: /invert|url/.test(getComputedStyle(img).filter),
         }))""",
     )
 
@@ -178,6 +187,25 @@ def unlike_paper(seen: Mapping[str, int]) -> list[str]:
 def folds(at: Standing) -> list[str]:
     """Return the words of buttons that unfold, as far as they can be seen."""
     return at.page.locator("details.hide > summary:visible").all_inner_texts()
+
+
+def all_code(at: Standing) -> list[str]:
+    """Press the switch that shows all code, twice; say what it does not do."""
+    switch, wrong = at.page.locator(".rp-all-code"), []
+    held = at.page.locator("div.cell.tag_hide-input:not(.tag_fold) > details.hide")
+    few = len(folds(at))
+    wrong += unless(few <= MOST_FOLDS, f"{few} folds to a reader who asked for none")
+    if held.count() == 0:
+        return wrong + unless(switch.count() == 0, "a switch without code")
+    wrong += unless(held.locator("visible=true").count() == 0, "code is seen unasked")
+    for pressed in ("true", "false"):
+        switch.click()
+        shown = at.page.locator("div.cell.tag_hide-input:not(.tag_fold) > details[open]:visible")
+        wanted = held.count() if pressed == "true" else 0
+        wrong += unless(shown.count() == wanted, f"{shown.count()} of {wanted} cells are open")
+        told = switch.get_attribute("aria-pressed")
+        wrong += unless(told == pressed, f"the switch says {told}")
+    return wrong
 
 
 def needs_scripts(at: Standing) -> list[str]:
@@ -262,6 +290,7 @@ CHECKS = (
     Check("theme", (DARK, LIGHT, PHONE, DARK_PHONE, PAPER, END), theme, other_theme),
     Check("axe", (DARK, LIGHT), axe, serious),
     Check("posters", (DARK,), posters, of_another_theme, NOTEBOOKS),
+    Check("all code", (LIGHT, PHONE), all_code, pages=NOTEBOOKS),
     Check("words to who has no scripts", (LIGHT,), needs_scripts),
     Check("equations in the middle", (LIGHT, PHONE), script(EQUATIONS)),
     Check("words of tables at the left", (LIGHT,), script(ALIGNED)),

@@ -253,6 +253,16 @@ def test_each_column_is_a_drawing_with_its_own_panels():
     assert markup.endswith("</div>")
 
 
+def test_a_caption_that_names_columns_by_letters_letters_them():
+    markup = show(grid(), alt=ALT, caption="(a) One. (b), (c) Two more.").bundle["text/html"]
+    drawings = re.split(OPENING, markup)[1:]
+    found = [re.findall(r'<text x="([\d.]+)" y="9"[^>]*>\((\w)\)<', text) for text in drawings]
+    assert [[letter for _, letter in each] for each in found] == [["a"], ["b"], ["c"]]
+    lefts = windows(markup)[:, 0]
+    np.testing.assert_allclose([float(each[0][0]) for each in found], lefts, atol=0.1)
+    assert "(a)<" not in show(grid(), alt=ALT, caption="Three.").bundle["text/html"]
+
+
 def test_the_windows_of_the_columns_tile_the_figure():
     fig = grid()
     boxes, (whole,) = windows(to_html(fig)), windows(to_svg(fig))

@@ -115,6 +115,33 @@ def test_a_generator_may_draw_on_one_figure():
     assert corner.min() > 245, "figures stand on light ground"
 
 
+def regions(text):
+    """Return the places of photographs in a film, as shares of the frame: x, y, width, height."""
+    parts = re.findall(r'<feOffset [^>]*x="(.*?)" y="(.*?)" width="(.*?)" height="(.*?)"', text)
+    return np.array(parts, dtype=float)
+
+
+def test_photographs_among_drawings_keep_their_colours_where_they_stand():
+    def drawn():
+        for shift in (0, 10):
+            fig = Figure((4, 2), dpi=50)
+            left, right = fig.add_axes((0.1, 0.25, 0.4, 0.5)), fig.add_axes((0.6, 0.1, 0.3, 0.8))
+            left.imshow(frames()[0], aspect="auto", extent=(0, 20, 0, 10))
+            left.set(xlim=(shift, 20), ylim=(0, 20))
+            right.plot([0, 1], [0, 1])
+            yield fig
+
+    text = markup(drawn())
+    assert regions(text) == pytest.approx(np.array([[0.1, 0.5, 0.4, 0.25]]), abs=1e-3)
+    name = re.search(r'<filter id="(.*?)"', text)[1]
+    assert f"--rp-shade: url(#{name})" in text
+    matrix = np.array(re.search(r'values="(.*?)"', text)[1].split(), dtype=float).reshape(4, 5)
+    assert matrix @ [1, 1, 1, 1, 1] == pytest.approx([0.08, 0.08, 0.08, 1], abs=1e-3)  # white
+    assert matrix @ [0, 0, 0, 1, 1] == pytest.approx([0.92, 0.92, 0.92, 1], abs=1e-3)
+    red = matrix @ [0.9, 0.1, 0.1, 1, 1]
+    assert red[0] > red[1] + 0.2  # the hue stays
+
+
 @pytest.mark.parametrize("photograph", [False, True])
 def test_a_film_of_drawings_turns_dark_with_the_page_and_photographs_stay(photograph):
     def drawn():
@@ -126,8 +153,11 @@ def test_a_film_of_drawings_turns_dark_with_the_page_and_photographs_stay(photog
             ax.plot([0, k], [0, 1])
             yield fig
 
-    assert ('class="rp-canvas rp-drawing"' in markup(drawn())) != photograph
-    assert "rp-drawing" not in markup(frames()).split("</style>")[-1]
+    text = markup(drawn())
+    assert ('class="rp-canvas rp-drawing"' in text) != photograph
+    assert len(regions(text)) == photograph
+    for kind in ("rp-drawing", "rp-shaded"):
+        assert kind not in markup(frames()).split("</style>")[-1]
 
 
 def test_a_generator_may_draw_into_one_array():

@@ -11,6 +11,7 @@ from robot_perception.teaching.registration import (
     anew,
     changed,
     in_words,
+    latest,
     measure_of,
     of,
     read,
@@ -115,15 +116,16 @@ def test_a_file_that_is_not_there_is_an_error(tmp_path):
         read(tmp_path / "registrations.tsv")
 
 
-def test_how_often_a_claim_was_registered_is_said(book):
-    write([*LINES, replace(LINES[2], number=2, day="2026-01-03", remark="again")])
-    assert in_words("a") == "2 times, last on 2026-01-03: again"
-    assert in_words("b") == "as it stood before claims were registered"
+def test_when_a_claim_was_registered_is_said(book):
+    again = replace(LINES[2], number=2, day="2026-01-03", remark="again")
+    write([*LINES, again])
+    assert in_words("a") == "on 2026-01-03"
+    assert in_words("b") == "no: it is older than this rule"
     assert in_words("c") == "not registered"
+    assert latest()["a"] == again
     write([*LINES, replace(LINES[2], day="2026-01-04", remark="by other code")])
-    assert in_words("a").startswith("once, last on 2026-01-02: other")  # and is the same since
-    write(LINES[:3])
-    assert in_words("a").startswith("once, last on 2026-01-02: other")
+    assert in_words("a") == "on 2026-01-02"  # and is the same since
+    assert latest()["a"] == LINES[2]
 
 
 # What is registered

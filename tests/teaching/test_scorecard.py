@@ -10,12 +10,13 @@ import pytest
 
 from robot_perception import chapters
 from robot_perception.evaluation.intervals import Interval, exact
-from robot_perception.teaching import overview
+from robot_perception.teaching import overview, registration
 from robot_perception.teaching import scorecard as module
 from robot_perception.teaching.claims import Finding
 from robot_perception.teaching.figures.output import PAGE_VARIABLE
 from robot_perception.teaching.ledger import Ledger
 from robot_perception.teaching.papers import PAPERS, paper
+from robot_perception.teaching.registration import Registration
 from robot_perception.teaching.tables import Table
 from robot_perception.teaching.verdicts import Accepted, Condition
 from tests.teaching.entries import claim, made
@@ -146,18 +147,34 @@ def test_withdrawn_claims_stand_in_a_table_of_their_own(ledger, monkeypatch):
     dated = [replace(entry, date="2026-01-02") for entry in ledger.entries]
     left = Ledger(tuple(dated)).withdrawing("bad", **why)
     monkeypatch.setattr(module, "recorded", lambda: left)
+    monkeypatch.setenv(PAGE_VARIABLE, "1")
     html = module.withdrawn().bundle["text/html"]
     (row,) = html.split("<tr")[2:]
     for text in (
         ' id="bad"',
         "Distances are &lt;squared&gt;.",
         "<strong>not reproduced</strong>, 0 on 2026-01-02",
-        '2026-01-03: nobody &lt;has&gt; it; in its place <a href="#good">good</a>',
+        '2026-01-03: nobody &lt;has&gt; it; in its place <a href="scorecard.html#good">good</a>',
     ):
         assert text in row
     assert html_of(left).count("<article") == 2
     assert ' id="bad"' not in html_of(left)
     assert repr(module.withdrawn()).startswith("bad not reproduced 0, withdrawn on 2026-01-03: ")
+
+
+def test_claims_that_were_registered_again_stand_in_a_table_with_the_reason(ledger, monkeypatch):
+    def one(claim, number, remark):
+        return Registration(claim, number, "2026-01-03", "", "", "", remark)
+
+    monkeypatch.setenv(PAGE_VARIABLE, "1")
+    known = {"good": one("good", 1, "first"), "bad": one("bad", 2, "other <films>")}
+    monkeypatch.setattr(registration, "latest", lambda: known | {"left": one("left", 3, "gone")})
+    shown = module.registered_again()
+    (row,) = shown.bundle["text/html"].split("<tr")[2:]
+    assert 'href="scorecard.html#bad"' in row
+    assert "<td>2</td>" in row
+    assert "2026-01-03: other &lt;films&gt;" in row
+    assert repr(shown) == "bad 2 times, last on 2026-01-03: other <films>"
 
 
 def test_the_text_is_the_table_of_all(ledger):

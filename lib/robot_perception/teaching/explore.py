@@ -29,6 +29,7 @@ from robot_perception.teaching.figures.output import (
     check_name,
     figcaption,
     front_end,
+    is_lettered,
     on_page,
     opening,
 )
@@ -193,7 +194,8 @@ class Explorer(anywidget.AnyWidget):
         return self._draw(**parameters), check_alt(alt)
 
     def _rendered(self, drawing: object, alt: str, **options: Any) -> Frame:
-        frame = render(drawing, alt, lossless=self._lossless, **options)
+        how = {"lossless": self._lossless, "letters": is_lettered(self._caption)}
+        frame = render(drawing, alt, **how, **options)
         if (self._pixelated or self._lossless) and frame.mime != WEBP:
             raise TypeError("pixelated and lossless are for a draw that returns uint8 arrays")
         if self._drag and frame.mime == WEBP:

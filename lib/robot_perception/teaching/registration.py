@@ -115,16 +115,21 @@ def of(registrations: Sequence[Registration], claim: str) -> tuple[Registration,
     return tuple(one for one in registrations if one.claim == claim)
 
 
+def latest() -> dict[str, Registration]:
+    """Return the last registration of each claim; a later line of the same number is the same."""
+    found: dict[str, Registration] = {}
+    for one in read():
+        if one.claim not in found or one.number > found[one.claim].number:
+            found[one.claim] = one
+    return found
+
+
 def in_words(claim: str) -> str:
-    """Return how often a claim was registered, for a reader; a claim of no list was not."""
-    own = of(read(), claim)
-    if not own:
+    """Return when a claim was registered, for a reader; a claim of no list was not."""
+    last = latest().get(claim)
+    if last is None:
         return "not registered"
-    if own[-1].number == 0:
-        return "as it stood before claims were registered"
-    last = next(one for one in own if one.number == own[-1].number)  # later ones are the same
-    times = "once" if last.number == 1 else f"{last.number} times"
-    return f"{times}, last on {last.day}: {last.remark}"
+    return f"on {last.day}" if last.number else "no: it is older than this rule"
 
 
 def words_of(claim: Claim) -> str:

@@ -97,7 +97,7 @@ def withdrawn() -> Shown:
 
 def _gone(claim: Withdrawn) -> str:
     name, instead = escape(claim.id), escape(claim.instead)
-    place = f'; in its place <a href="#{instead}">{instead}</a>' if instead else ""
+    place = f'; in its place <a href="scorecard.html#{instead}">{instead}</a>' if instead else ""
     return (
         f'<tr id="{name}"><th scope="row">{name} '
         f"<small>{escape(paper(claim.paper).citation)}, {escape(claim.place)}</small></th>"
@@ -105,6 +105,22 @@ def _gone(claim: Withdrawn) -> str:
         f"{escape(in_words(claim.value))} on {escape(claim.date)}</td>"
         f'<td class="rp-text">{escape(claim.day)}: {escape(claim.why)}{place}</td></tr>'
     )
+
+
+def registered_again() -> Shown:
+    """Return the claims that were registered more than once, with the reason for the last time."""
+    last = registration.latest()
+    again = [last[e.id] for e in recorded().entries if e.id in last and last[e.id].number > 1]
+    head = "".join(f'<th scope="col">{name}</th>' for name in ("Claim", "Times", "Why anew"))
+    rows = "".join(
+        f'<tr><th scope="row"><a href="scorecard.html#{escape(one.claim)}">{escape(one.claim)}</a>'
+        f'</th><td>{one.number}</td><td class="rp-text">{escape(one.day)}: {escape(one.remark)}'
+        "</td></tr>"
+        for one in again
+    )
+    html = html_table("Claims that were registered again", "rp-papers", head, rows)
+    lines = [f"{one.claim} {one.number} times, last on {one.day}: {one.remark}" for one in again]
+    return output(html, "\n".join(lines), *SHEETS)
 
 
 def _bar(ledger: Ledger) -> str:

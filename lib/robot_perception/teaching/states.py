@@ -47,15 +47,17 @@ def render(
     lossless: bool = False,
     together: bool = False,
     marks: Marks | None = None,
+    letters: bool = False,
 ) -> Frame:
     """Encode the figure or the 8-bit image that an explorer's `draw` has returned.
 
     The columns of a figure are kept `together` in one drawing where an `<img>` is to show it; the
-    `marks` of a point that can be dragged are for the others.
+    `marks` of a point that can be dragged and the `letters` of columns are for the others.
     """
     if isinstance(drawing, Figure):
         options = {"alt": alt, "prefix": "x", "effort": effort}
-        text = to_svg(drawing, **options) if together else to_html(drawing, marks=marks, **options)
+        apart = {"marks": marks, "letters": letters}
+        text = to_svg(drawing, **options) if together else to_html(drawing, **apart, **options)
         return Frame(SVG, text.encode(), alt)
     if isinstance(drawing, np.ndarray):
         data = to_webp(drawing, effort=effort, lossless=lossless)

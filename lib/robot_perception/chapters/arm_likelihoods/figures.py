@@ -53,7 +53,7 @@ def card(ax: Axes) -> Axes:
     alt="A person before a cluttered wall, hands before the body, with the outlines of cones on "
     "the arms. Beside it two grey maps: the first has many bright spots, the second one bright "
     "spot, at the ring that marks the true pose.",
-    caption="Left: the model on the true pose. Middle and right: how likely other angles of one "
+    caption="(a) The model on the true pose. (b), (c) How likely other angles of one "
     "arm are, by its outline alone and by all cues. Bright: likely. Ring: the truth.",
     cols=3,
     width=7.6,
@@ -99,7 +99,7 @@ def bumps(
     name="likelihoods-field",
     alt="A person before a cluttered wall, a ring on one hand, and a grey map of the same size "
     "that is dark but for a few bright spots, on hands and face above all.",
-    caption="Left: the picture. Right: how much a square of 8 px looks like the one at the ring. "
+    caption="(a) The picture. (b) How much a square of 8 px looks like the one at the ring. "
     "Bright: alike.",
     cols=2,
     width=7.4,

@@ -75,8 +75,8 @@ SETS = {"the rest as printed": "rest as printed (cm)", "the rest ours": "rest ou
     name="nav-correction",
     alt="Three pictures of the same piece of ceiling: askew as the tilted camera sees it, and "
     "twice upright and alike: corrected, and as a camera in the robot's frame sees it.",
-    caption="Left: a camera tilted by 6° and 8° and 18 cm beside the robot's middle. Middle: "
-    "its picture, corrected by eq. 1, without the corners that it does not see. Right: what a "
+    caption="(a) A camera tilted by 6° and 8° and 18 cm beside the robot's middle. (b) "
+    "Its picture, corrected by eq. 1, without the corners that it does not see. (c) What a "
     "camera in the robot's frame would have seen.",
     cols=3,
     width=7.4,
@@ -172,8 +172,8 @@ def noise(ax: Axes, law: np.ndarray, dots: Mapping[float, float], several: float
     name="nav-rules",
     alt="Bars of the robot's error by the rule that is exchanged. With the rest as printed the bar "
     "of looks is shortest and that of means longest; with the rest ours all are short.",
-    caption="Error of the robot after five metres if one rule comes from the other set. Left: all "
-    "others as printed. Right: all others ours. Lines: 95 %, over ceilings. Mind the two scales.",
+    caption="Error of the robot after five metres if one rule comes from the other set. (a) All "
+    "others as printed. (b) All others ours. Lines: 95 %, over ceilings. Mind the two scales.",
     cols=2,
     width=8.2,
     height=3.4,
@@ -192,9 +192,9 @@ def rules(axes: np.ndarray, table: Table) -> None:
     alt="Three plans of a path with a whole circle. With many key images the robot drives the "
     "circle; with key images that share no pattern it stands after a metre or two; without the "
     "threshold on turning it drives a shallow curve and leaves the circle out.",
-    caption="A taught path with a whole circle (broad), its key images (dots), and what a robot "
-    "makes of them (thin), by exact sightings. Middle: successive key images share no pattern. "
-    "Right: they share one, and may be turned as they like.",
+    caption="(a) A taught path with a whole circle (broad), its key images (dots), and what a "
+    "robot makes of them (thin), by exact sightings. (b) Successive key images share no pattern. "
+    "(c) They share one, and may be turned as they like.",
     cols=3,
     width=7.4,
     height=1.95,

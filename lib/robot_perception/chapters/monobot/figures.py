@@ -231,8 +231,8 @@ def ensemble(ax: Axes, last: np.ndarray, deviation: float) -> Axes:
 @drawn(
     alt="Left: straight lines rising, steeper with more landmarks, all under the dashed line "
     "1/V. Right: for one landmark the sum rises while the information of the state is flat.",
-    caption="Fig. 3 rebuilt at $P_0 = V = W = 1$ m². Left: first entry of eq. (14), by number of "
-    "landmarks; none rises by more than 1/V a step. Right: one landmark. Why is one line flat?",
+    caption="Fig. 3 rebuilt at $P_0 = V = W = 1$ m². (a) First entry of eq. (14), by number of "
+    "landmarks; none rises by more than 1/V a step. (b) One landmark. Why is one line flat?",
     cols=2,
     width=7.6,
     height=3.5,
@@ -351,8 +351,8 @@ def gain_decay(ax: Axes, curves: Mapping[int, tuple[np.ndarray, np.ndarray]]) ->
 
 @drawn(
     alt="Left: the error of one landmark falls to a floor. Right: the sum of squared errors rises.",
-    caption="$P_0 = V = W = 1$ m². Left: root mean square error of one landmark; line: by the "
-    "filter, dots: 400 runs. Right: expected sum of squared errors over the state, by the same "
+    caption="$P_0 = V = W = 1$ m². (a) Root mean square error of one landmark; line: by the "
+    "filter, dots: 400 runs. (b) Expected sum of squared errors over the state, by the same "
     "filter.",
     cols=2,
     width=7.4,

@@ -53,9 +53,9 @@ def card(ax: Axes, film: SimpleNamespace, at: int) -> Axes:
     alt="Four pictures side by side. A sign in the middle of a picture crowded with stripes, lamps "
     "and boxes. The same place as three maps: by edges many bright spots, by edges of the same "
     "direction few, by grey vectors few.",
-    caption="Left: what the camera sees; framed, the pattern. Then how well the pattern fits at "
-    "each place within 60 px: by the distance of its outlines from edges, from edges of the same "
-    "direction, and by its grey vectors. Bright spots fit well.",
+    caption="(a) What the camera sees; framed, the pattern. (b) to (d) How well the pattern fits "
+    "at each place within 60 px: by the distance of its outlines from edges, from edges of the "
+    "same direction, and by its grey vectors. Bright spots fit well.",
     cols=4,
     width=8.2,
     height=2.3,
@@ -218,8 +218,8 @@ def scale(ax: Axes, scales: Sequence[float], unlike: Mapping[str, list[Interval]
     name="pattern-real",
     alt="Two photographs of a wall of graffiti, the second from the side. Frames of patterns in "
     "the first stand at the same details in the second.",
-    caption="Patterns chosen in the first photograph of a wall (left), and where the tracker has "
-    "them in the second (right): solid where they are within 5 px of the truth, dashed where not. "
+    caption="Patterns chosen in the first photograph of a wall (a), and where the tracker has "
+    "them in the second (b): solid where they are within 5 px of the truth, dashed where not. "
     "Dotted: the truth, of which only the turn and the area can be followed.",
     cols=2,
     width=7.6,

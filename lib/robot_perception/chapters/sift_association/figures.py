@@ -45,8 +45,8 @@ def hero(ax: ImageAxes, found: Any) -> None:
     alt="Three panels of one feature: a grey patch of 16 by 16 pixels; the same with an arrow for "
     "the gradient at each; and 4 by 4 cells, each with a star of eight rays, long where the "
     "arrows of the cell point.",
-    caption="From a patch to 128 numbers. Left: what lies round one feature of the picture, turned "
-    "upright. Middle: its gradients. Right: of each of 16 cells, how much gradient points in each "
+    caption="From a patch to 128 numbers. (a) What lies round one feature of the picture, turned "
+    "upright. (b) Its gradients. (c) Of each of 16 cells, how much gradient points in each "
     "of eight directions: that is the descriptor.",
     cols=3,
     width=7.4,

@@ -99,7 +99,7 @@ def asking(axes: np.ndarray, state: SimpleNamespace) -> None:
     name="tutor-window",
     alt="Two pictures of a film. In the first a tight dashed frame surrounds a face that looks to "
     "the camera. In the second the face looks away, and the frame is much wider.",
-    caption="Left: a face that was found in the picture before. Right: one that has not been found "
+    caption="(a) A face that was found in the picture before. (b) One that has not been found "
     "for some pictures. Cross: three standard deviations of the predicted middle, to each side. "
     "Dashed: the window in which the detector looks, wider by the face and a margin. Dotted: the "
     "true face.",
@@ -125,9 +125,9 @@ def window(axes: np.ndarray, steps: Sequence[SimpleNamespace]) -> None:
     alt="Left: a picture with some hundred dots round a face, large ones in its middle. Middle: "
     "two clouds of densities over the column, the detections' narrower than the walk's. Right: the "
     "ratio of the two, at most two, smallest in the middle, where the detections are.",
-    caption="One step of the filter. Left: its particles, larger with their weight π. Middle: at "
+    caption="One step of the filter. (a) Its particles, larger with their weight π. (b) At "
     "each particle the density f of the walk (filled) and g of the detections (open), each as a "
-    "share of its largest value. Right: the correction f / (α g + (1 − α) f), which multiplies "
+    "share of its largest value. (c) The correction f / (α g + (1 − α) f), which multiplies "
     "the likelihood.",
     cols=3,
     width=7.8,

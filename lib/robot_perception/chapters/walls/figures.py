@@ -21,8 +21,8 @@ from robot_perception.teaching.figures.style import MEANING, band, label
     "same readings as points in the plane, lying on straight walls, each covered by a green "
     "segment.",
     caption=lambda scan: (
-        f"One scan: {scan.ranges.size} readings as the scanner gives them (left), and in the "
-        f"plane (right; the red triangle is the robot). Green: the {len(scan.segments)} walls "
+        f"One scan: {scan.ranges.size} readings as the scanner gives them (a), and in the "
+        f"plane (b; the red triangle is the robot). Green: the {len(scan.segments)} walls "
         "found. Which readings do they leave out, and why?"
     ),
     cols=2,
@@ -67,8 +67,8 @@ def viewed(ax: Axes, scan: Found, room: Float[np.ndarray, "faces 2 2"]) -> Axes:
 
 @drawn(
     alt="One scan, twice. Left: splitting keeps vertices along the walls. Right: hardly any.",
-    caption="The same scan and the same ε, three deviations of the noise. Left: vertices kept by "
-    "splitting. Right: the fewest with which no reading is farther from its chord than ε.",
+    caption="The same scan and the same ε, three deviations of the noise. (a) Vertices kept by "
+    "splitting. (b) The fewest with which no reading is farther from its chord than ε.",
     cols=2,
     height=3.8,
 )
@@ -153,7 +153,7 @@ def worst_line(
     alt="Left: vertices kept against the enlargement of the scan; flat for the printed rule, "
     "growing for a distance. Right: the scan with the vertices of the printed rule, which "
     "crowd on short pieces near edges.",
-    caption="Both rules with ε = 0.08. Left: vertices kept when the scan is enlarged. Right: the "
+    caption="Both rules with ε = 0.08. (a) Vertices kept when the scan is enlarged. (b) The "
     "printed rule spends its vertices on the shortest chords, where noise looks steep.",
     cols=2,
     height=3.8,

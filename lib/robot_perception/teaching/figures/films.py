@@ -2,13 +2,14 @@
 
 import base64
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from hashlib import sha256
 from operator import length_hint
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.transforms import Bbox
 from PIL import Image
 
 from robot_perception.evaluation.progress import progress
@@ -37,6 +38,9 @@ MOST_BYTES = 3_000_000
 """Largest film; a page of the book weighs at most 5 MB, and as text a film grows by a third."""
 
 _CHECKED = checked(STYLE)
+_HUES = 2 * np.array([0.213, 0.715, 0.072]) - np.eye(3)  # turned by 180°
+_DARK = " ".join(f"{-0.84 * r:.4f} {-0.84 * g:.4f} {-0.84 * b:.4f} 0 0.92" for r, g, b in _HUES)
+_DARK += " 0 0 0 1 0"
 
 
 def film(
@@ -86,7 +90,7 @@ def film(
     check_name(name, caption)
     if not 0 < fps <= 60:
         raise ValueError(f"fps must be positive and at most 60, got {fps}")
-    images, drawing = _images(frames)
+    images, photographs = _images(frames)
     if not 0 <= poster < len(images):
         raise ValueError(f"poster must be one of {len(images)} frames, got {poster}")
     duration = round(1000 / fps)
@@ -98,25 +102,46 @@ def film(
         )
     return Shown(
         {
-            "text/html": _markup(images, data, duration, text, caption, name, drawing, poster),
+            "text/html": _markup(images, data, duration, text, caption, name, photographs, poster),
             "text/plain": text,
         }
     )
 
 
-def _images(frames: Iterable[np.ndarray | Figure]) -> tuple[list[np.ndarray], bool]:
-    """Return the frames as images, and whether they are drawings in which there is no picture."""
-    images, drawing = [], True
+def _images(
+    frames: Iterable[np.ndarray | Figure],
+) -> tuple[list[np.ndarray], dict[int, np.ndarray] | None]:
+    """Return the frames as images, and where drawings hold photographs; None if none is a drawing.
+
+    Places are by number of the axes: left, top, right and bottom as shares of the frame, over all
+    frames.
+    """
+    images: list[np.ndarray] = []
+    photographs: dict[int, np.ndarray] | None = {}
     for place, frame in enumerate(progress(frames, "film", length_hint(frames) or None)):
-        pixels = _pixels(frame) if isinstance(frame, Figure) else frame
-        drawing &= isinstance(frame, Figure) and not any(ax.images for ax in frame.axes)
+        if not isinstance(frame, Figure):
+            pixels, photographs = frame, None
+        else:
+            pixels = _pixels(frame)
+            for k, box in _photographs(frame) if photographs is not None else ():
+                known = photographs.get(k, box)
+                photographs[k] = np.r_[np.minimum(known, box)[:2], np.maximum(known, box)[2:]]
         images.append(check_image(pixels, channels=(3,), name="frames").copy())
         if pixels.shape != images[0].shape:
             sizes = f"{_size(pixels)}, the first has {_size(images[0])}"
             raise ValueError(f"frame {place} has {sizes}: the frames must be of one size")
     if len(images) < 2:
         raise ValueError(f"a film needs two frames or more, got {len(images)}")
-    return images, drawing
+    return images, photographs
+
+
+def _photographs(fig: Figure) -> Iterator[tuple[int, np.ndarray]]:
+    """Yield the axes that hold an image, and its place in the figure as `_images` has it."""
+    for k, ax in enumerate(fig.axes):
+        for image in ax.images:
+            if box := Bbox.intersection(image.get_window_extent(), ax.bbox):
+                (left, low), (right, high) = fig.transFigure.inverted().transform(box)
+                yield k, np.array([left, 1 - high, right, 1 - low])
 
 
 def _pixels(fig: Figure) -> np.ndarray:
@@ -144,7 +169,7 @@ def _markup(
     alt: str,
     caption: str | None,
     name: str | None,
-    drawing: bool,
+    photographs: dict[int, np.ndarray] | None,
     poster: int,
 ) -> str:
     count = len(images)
@@ -158,17 +183,43 @@ def _markup(
     columns = KEY_FRAMES if width < 1.6 * height else 3  # on paper
     numbers = {"count": count, "duration": duration, "width": width, "height": height}
     spec = json.dumps(numbers | {"alt": alt, "poster": poster})
-    canvas = "rp-canvas rp-drawing" if drawing else "rp-canvas"
     key = sha256(data + alt.encode()).hexdigest()[:12]
+    canvas, style, shade = "rp-canvas", f"--rp-columns: {columns}", ""
+    if photographs == {}:
+        canvas += " rp-drawing"
+    elif photographs:
+        shade = _shade(f"shade-{key}", photographs.values())
+        canvas, style = f"{canvas} rp-shaded", f"{style}; --rp-shade: url(#shade-{key})"
     states = base64.b64encode(data).decode()
     script = "" if on_page() else f"<script>{front_end('film.js')}</script>"
     return (
         f"{style_element('figure.css', 'explorer.css', 'film.css')}"
         f'<div class="rp-film" id="film-{key}">{opening("rp-figure", name)}'
-        f'<div class="{canvas}" style="--rp-columns: {columns}">{keys}</div>'
+        f'<div class="{canvas}" style="{style}">{shade}{keys}</div>'
         f"{figcaption(caption)}</figure>"
         f"{data_element('rp-spec', spec)}{data_element('rp-states', json.dumps(states))}"
         f"{script}</div>"
+    )
+
+
+def _shade(name: str, boxes: Iterable[np.ndarray]) -> str:
+    """Write a filter that turns a frame dark but for its photographs.
+
+    It is the style sheet's ``invert(0.92) hue-rotate(180deg)`` in one matrix; a part of the source
+    is cut out by the region of a filter that does nothing.
+    """
+    parts = [
+        f'<feOffset in="SourceGraphic" result="p{k}" x="{x:.4f}" y="{y:.4f}" '
+        f'width="{right - x:.4f}" height="{bottom - y:.4f}"/>'
+        for k, (x, y, right, bottom) in enumerate(boxes)
+    ]
+    nodes = "".join(f'<feMergeNode in="p{k}"/>' for k in range(len(parts)))
+    return (
+        '<svg class="rp-filter" width="0" height="0" aria-hidden="true">'
+        f'<filter id="{name}" x="0" y="0" width="1" height="1" primitiveUnits="objectBoundingBox" '
+        'color-interpolation-filters="sRGB">'
+        f'<feColorMatrix values="{_DARK}" result="dark"/>{"".join(parts)}'
+        f'<feMerge><feMergeNode in="dark"/>{nodes}</feMerge></filter></svg>'
     )
 
 

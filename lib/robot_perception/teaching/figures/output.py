@@ -33,7 +33,7 @@ def show(fig: Figure, *, alt: str, caption: str | None = None, name: str | None 
     alt
         What a reader who cannot see the figure has to know: what is drawn and what it shows.
     caption
-        May hold mathematics between dollars.
+        May hold mathematics between dollars. One that names (a) letters the columns of the figure.
     name
         Words in small letters joined by hyphens, unique in the book; a figure that is referred to
         by number needs a caption.
@@ -44,7 +44,7 @@ def show(fig: Figure, *, alt: str, caption: str | None = None, name: str | None 
         If the alternative text is missing, short, or a file name, or the name does not serve.
     """
     check_name(name, caption)
-    drawing = to_html(fig, alt=check_alt(alt))
+    drawing = to_html(fig, alt=check_alt(alt), letters=is_lettered(caption))
     figure = f"{opening('rp-figure', name)}{drawing}{figcaption(caption)}</figure>"
     return Shown({"text/html": style_element("figure.css") + figure, "text/plain": alt})
 
@@ -94,6 +94,11 @@ def opening(kind: str, name: str | None = None) -> str:
 def figcaption(caption: str | None) -> str:
     """Write the `<figcaption>` element, if any; MathJax sets what stands between dollars."""
     return f"<figcaption>{with_mathematics(caption)}</figcaption>" if caption else ""
+
+
+def is_lettered(caption: str | None) -> bool:
+    """Tell whether a caption names the columns of its figure by letters."""
+    return caption is not None and "(a)" in caption
 
 
 def on_page() -> bool:

@@ -23,6 +23,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import pairwise
+from string import ascii_lowercase
 from typing import Any
 
 import matplotlib as mpl
@@ -118,12 +119,15 @@ def to_html(
     prefix: str | None = None,
     effort: int = 4,
     marks: Marks | None = None,
+    letters: bool = False,
 ) -> str:
     """Render a figure as `to_svg` does; several columns as a row of drawings that a page wraps.
 
     The row, a `<div>`, is one image with one alternative text. A figure whose axes do not stand in
-    columns, or that has something of its own beside them, is one drawing. Points to be marked are
-    written into their drawing, in its units, for a script to read: ``x,y`` or ``-`` for none.
+    columns, or that has something of its own beside them, is one drawing. With `letters` each
+    drawing of a row has one, (a), (b), …, for the caption: it does not say left and right, since a
+    narrow page puts the drawings above each other. Points to be marked are written into their
+    drawing, in its units, for a script to read: ``x,y`` or ``-`` for none.
     """
     columns = _columns(fig)
     raws, windows = _saved(fig, columns, effort, prefix is not None)
@@ -137,7 +141,19 @@ def to_html(
     if marks:
         there = [fig.axes[marks[0]] in axes for axes, *_ in columns].index(True)
         panels[there] = _marked(panels[there], fig, marks)
+    if letters:
+        panels = [
+            _lettered(panel, left, letter)
+            for panel, (left, _), letter in zip(panels, windows, ascii_lowercase, strict=False)
+        ]
     return f'<div class="rp-row"{_named(alt)}>{chr(10).join(panels)}</div>'
+
+
+def _lettered(drawing: str, left: float, letter: str) -> str:
+    """Write a letter into the upper left corner of a drawing."""
+    start, end = drawing.rsplit("</svg>", 1)
+    size = "font-size: calc(9px * var(--rp-text, 1)); font-weight: 600"
+    return f'{start}\n<text x="{left:.1f}" y="9" style="{size}">({letter})</text>\n</svg>{end}'
 
 
 def _marked(drawing: str, fig: Figure, marks: Marks | None) -> str:
