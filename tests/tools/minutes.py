@@ -3,7 +3,8 @@
 A new clone of the last commit with empty caches is set up, built and tested, and then one change
 each of three kinds is checked. Nothing else should run meanwhile. What each command took, and each
 file of tests, is written to ``tests/tools/minutes.json``: a test compares the README with it, and
-the tests that took longest start first.
+the tests that took longest start first. Computers differ, so a fixed loop of plain Python is timed
+beside it.
 """
 
 import argparse
@@ -23,6 +24,8 @@ from typing import Any
 from tests.proof import RECORD, SECONDS
 
 ROOT = Path(__file__).parents[2]
+FROM_NOTHING = ("setup", "book", "test")
+"""What a newcomer runs, in this order."""
 SHORT = 1.0
 """Files of tests that took less are not recorded, s."""
 
@@ -79,6 +82,17 @@ def timed(
     return took
 
 
+def loop() -> float:
+    """Time ten million steps of plain Python, s: the best of five, alone on a core."""
+
+    def once() -> float:
+        start = time.perf_counter()
+        sum(number * number for number in range(10_000_000))
+        return time.perf_counter() - start
+
+    return min(once() for _ in range(5))
+
+
 def _used() -> float:
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
@@ -91,10 +105,7 @@ def measure(folder: Path) -> dict[str, Any]:
     environment = os.environ | {"ROBOT_PERCEPTION_CACHE": str(folder / "cache")}
     for name in ("PYTHONPATH", "NUMBA_CACHE_DIR"):
         environment.pop(name, None)
-    took = {
-        name: timed(clone, "make", name, environment=environment)
-        for name in ("setup", "book", "test")
-    }
+    took = {name: timed(clone, "make", name, environment=environment) for name in FROM_NOTHING}
     files = json.loads((clone / SECONDS.relative_to(ROOT)).read_text("utf-8"))
     took["book again"] = timed(clone, "make", "book", environment=environment)
     for name, (file, change) in CHANGES.items():
@@ -112,6 +123,7 @@ def measure(folder: Path) -> dict[str, Any]:
         "commit": _git("rev-parse", "--short=8", "HEAD"),
         "processor": platform.processor() or platform.machine(),
         "cores": os.cpu_count(),
+        "loop": round(loop(), 2),
         "seconds": took,
         "files": {name: round(seconds, 1) for name, seconds in files if seconds >= SHORT},
     }
