@@ -31,8 +31,8 @@ EXTRAS = {
     "data_synth.people": "vision",
     "robot_perception.book": "book",
     "robot_perception.chapters": "book",
-    "robot_perception.evaluation.progress": "data",
-    "robot_perception.evaluation.sweep": "book",
+    "explorables.progress": "data",
+    "studies.sweep": "book",
     "robot_perception.scripts": "data",
     "robot_perception.teaching": "book",
     "robot_perception.cli": "data",
@@ -147,9 +147,9 @@ NEEDY = {
     "robot_perception.appearance.colour_shape": ("cv2", "vision"),
     "robot_perception.ceiling.correction": ("cv2", "vision"),
     "robot_perception.people.skin": ("cv2", "vision"),
-    "robot_perception.evaluation.sweep": ("joblib", "book"),
+    "studies.sweep": ("joblib", "book"),
     "robot_perception.slam.observability.symbolic": ("sympy", "symbolic"),
-    "robot_perception.teaching.figures": ("matplotlib", "book"),
+    "explorables.figures": ("matplotlib", "book"),
     "robot_perception.chapters.walls": ("matplotlib", "book"),
 }
 CALLS = {

@@ -72,7 +72,7 @@ def code() -> dict[str, str]:
 
 def test_no_other_module_asks_numba_to_compile():
     names = {module.__name__ for module in DECORATORS}
-    names.add("robot_perception.teaching.forked")  # it warms numba up, and keeps nothing
+    names.add("studies.pages.forked")  # it warms numba up, and keeps nothing
     assert {name for name, text in code().items() if "njit" in text} == names
 
 

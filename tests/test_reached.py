@@ -8,8 +8,8 @@ from pathlib import Path
 import nbformat
 import pytest
 
-from robot_perception.teaching import dependencies
-from robot_perception.teaching.dependencies import Dependencies
+from studies.keys import dependencies
+from studies.keys.dependencies import Dependencies
 from tests.tools import reached
 from tests.tools.chosen import is_chosen
 from tests.tools.reached import (

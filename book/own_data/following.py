@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from robot_perception import checks, datasets
-from robot_perception.files import reading
+from studies.files import reading
 from robot_perception.scripts import (
     FILM,
     Recording,

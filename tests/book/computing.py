@@ -9,7 +9,7 @@ from typing import Any
 import nbformat
 
 from robot_perception.chapters import CHAPTERS
-from robot_perception.teaching.cells import BOOK, STUDY
+from studies.keys.cells import BOOK, STUDY
 from tests.book import pages
 from tests.book.registry import COMPUTING
 

@@ -17,10 +17,10 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from robot_perception.teaching.dependencies import Dependencies
-from robot_perception.teaching.explorations import Exploration
-from robot_perception.teaching.recorded_rows import COMPARED, NOUGHT, RTOL, processor
-from robot_perception.teaching.snapshots import (
+from studies.keys.dependencies import Dependencies
+from explorables.explorations import Exploration
+from studies.stored.recorded_rows import COMPARED, NOUGHT, RTOL, processor
+from explorables.snapshots import (
     ARRAY,
     ENTRIES,
     FIELDS,

@@ -3,9 +3,9 @@
 import pytest
 
 from robot_perception import chapters
-from robot_perception.teaching.bets import Bet
-from robot_perception.teaching.exercises import Sheet
-from robot_perception.teaching.explorations import Exploration
+from explorables.bets import Bet
+from robot_perception.teaching.course.exercises import Sheet
+from explorables.explorations import Exploration
 from tests.book import registry
 from tests.book.computing import COMPUTING, found
 from tests.book.registry import every

@@ -15,10 +15,10 @@ from nbformat import write
 from nbformat.v4 import new_code_cell, new_notebook
 
 from robot_perception.teaching import sphinx_extension
-from robot_perception.teaching.explore import explore, slider
-from robot_perception.teaching.figures import figure
-from robot_perception.teaching.figures.output import PAGE_VARIABLE
-from robot_perception.teaching.media import with_mathematics
+from explorables.explore import explore, slider
+from explorables.figures import figure
+from explorables.figures.output import PAGE_VARIABLE
+from explorables.media import with_mathematics
 from tests.unchecked import unchecked
 
 ALT = "A line whose slope is the gain that was chosen."
@@ -185,7 +185,7 @@ def test_states_move_into_a_script_beside_the_page(tmp_path: Path):
     (script,) = (tmp_path / "_static" / "explorers").glob("*.js")
     assert f'data-states="../_static/explorers/{script.name}"' in body
     assert f'id="explorer-{script.stem}"' in body
-    assert script.read_text().startswith(f'robotPerception.register("explorer-{script.stem}", "')
+    assert script.read_text().startswith(f'explorables.register("explorer-{script.stem}", "')
 
 
 @pytest.mark.usefixtures("on_page")

@@ -9,7 +9,7 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import docutils_namespace
 
 from robot_perception.teaching import sphinx_extension
-from robot_perception.teaching.figures.output import figcaption, opening
+from explorables.figures.output import figcaption, opening
 
 WORDS = {"one": "The first.", "two": "The second.", "three": "The third."}
 

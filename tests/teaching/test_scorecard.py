@@ -9,16 +9,16 @@ from pathlib import Path
 import pytest
 
 from robot_perception import chapters
-from robot_perception.evaluation.intervals import Interval, exact
-from robot_perception.teaching import overview
-from robot_perception.teaching import scorecard as module
-from robot_perception.teaching.claims import Finding
-from robot_perception.teaching.figures.output import PAGE_VARIABLE
-from robot_perception.teaching.ledger import Ledger
-from robot_perception.teaching.papers import PAPERS, paper
-from robot_perception.teaching.tables import Table
-from robot_perception.teaching.verdicts import Accepted, Condition
-from tests.teaching.entries import claim, made
+from studies.intervals import Interval, exact
+from robot_perception.teaching.scores import overview
+from robot_perception.teaching.scores import scorecard as module
+from studies.claims import Finding
+from explorables.figures.output import PAGE_VARIABLE
+from studies.ledger import Ledger
+from robot_perception.teaching.scores.papers import PAPERS, paper
+from studies.tables import Table
+from studies.verdicts import Accepted, Condition
+from tests.studies.entries import claim, made
 
 BOOK = Path(__file__).parents[2] / "book"
 TITLES = {"walls": "Walls & scans", "monobot": "On a rail"}

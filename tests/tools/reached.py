@@ -2,7 +2,7 @@
 
 What has changed is git's answer: against ``HEAD`` with what is not yet committed, or against the
 commit where the branch left ``--base``; of a notebook, which kinds of cells. What a change reaches
-says the import graph by which pages expire (`robot_perception.teaching.dependencies`), and within
+says the import graph by which pages expire (`studies.keys.dependencies`), and within
 notebooks what each definition reads: so a study's trials and a claim are tested where their own
 code or records have changed. What files say is kept between runs.
 
@@ -32,8 +32,8 @@ from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
-from robot_perception.teaching import cells, definitions, dependencies
-from robot_perception.teaching.dependencies import (
+from studies.keys import cells, definitions, dependencies
+from studies.keys.dependencies import (
     EFFECTS,
     LEDGER,
     NOTEBOOKS,
@@ -55,7 +55,7 @@ KEPT = "build/reached"
 BROWSER = "tests/site/"
 CHAPTERS = "robot_perception.chapters"
 WORLDS = "data_synth"
-CONTENTS = "robot_perception.teaching.contents"
+CONTENTS = "robot_perception.teaching.pages.contents"
 """Reads the pages."""
 EVERYTHING = "make test"
 WORDS = (".md", ".cff", "LICENSE", ".gitignore")

@@ -12,7 +12,7 @@ from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from types import ModuleType
 
-from robot_perception.teaching.cells import folder, run, study_cells
+from studies.keys.cells import folder, run, study_cells
 
 
 class _Cells(MetaPathFinder, Loader):

@@ -31,15 +31,15 @@ from sphinx.environment import BuildEnvironment
 from sphinx.transforms.post_transforms import SphinxPostTransform
 from sphinx.util import logging
 
-from robot_perception.evaluation.sweep import WORKERS
-from robot_perception.files import written
-from robot_perception.teaching import source_pages
-from robot_perception.teaching.cells import study_cells
-from robot_perception.teaching.dependencies import ROOT, Dependencies, code, hashed
-from robot_perception.teaching.execution import execute
-from robot_perception.teaching.figures.output import PAGE_VARIABLE
-from robot_perception.teaching.formulas import with_mathml
-from robot_perception.teaching.sphinx_terms import connect_terms
+from studies.sweep import WORKERS
+from studies.files import written
+from robot_perception.teaching.pages import source_pages
+from studies.keys.cells import study_cells
+from studies.keys.dependencies import ROOT, Dependencies, code, hashed
+from studies.pages.execution import execute
+from explorables.figures.output import PAGE_VARIABLE
+from robot_perception.teaching.words.formulas import with_mathml
+from robot_perception.teaching.words.sphinx_terms import connect_terms
 
 STORED = "_static/explorers"
 COMPARED = '<span class="c1"># NBVAL_CHECK_OUTPUT</span>\n'  # a word to the tests, not to readers
@@ -414,7 +414,7 @@ def _store(folder: Path, identifier: str, name: str, states: str | list[list[Any
             data, state[0] = base64.b64decode(state[0]), f"{name}-{number}.webp"
             with written(folder / state[0]) as beside:
                 beside.write_bytes(data)
-    script = f'robotPerception.register("{identifier}", {json.dumps(states)});\n'
+    script = f'explorables.register("{identifier}", {json.dumps(states)});\n'
     with written(folder / f"{name}.js") as beside:
         beside.write_text(script, "utf-8")
 

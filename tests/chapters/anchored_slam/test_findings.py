@@ -8,7 +8,7 @@ import pytest
 from robot_perception.book import anchored_slam as page
 from robot_perception.book.recordings_robots import UTIAS
 from robot_perception.chapters.anchored_slam import figures as draw
-from robot_perception.teaching.figures import figure
+from explorables.figures import figure
 
 # Worlds moved
 

@@ -25,9 +25,9 @@ from robot_perception.slam.planar import (
     smooth,
 )
 from robot_perception.slam.planar.calibration import Calibration
-from robot_perception.teaching.figures import figure
-from robot_perception.teaching.figures.style import MEANING
-from robot_perception.teaching.records import records
+from explorables.figures import figure
+from explorables.figures.style import MEANING
+from studies.records import records
 from tests.slam.planar.logged import DELAY, DRAG, LANDMARKS, SCALE, SIGMA, make_robot
 
 # ---- five robots ---------------------------------------------------------------------------------

@@ -9,7 +9,7 @@ import pytest
 from robot_perception.book import sift_association as page
 from robot_perception.book.sift_association import ANY
 from robot_perception.chapters.sift_association import recordings
-from robot_perception.teaching.figures.style import MEANING
+from explorables.figures.style import MEANING
 from tests.chapters.findings import limits
 
 PLANT, TABLE, VIEW = page.plant, page.deciding, page.aside

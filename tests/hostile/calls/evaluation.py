@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from robot_perception.evaluation import consistency, intervals, spatial, trajectories
-from robot_perception.evaluation.sweep import sweep
+from robot_perception.evaluation import consistency, spatial, trajectories
+from studies import intervals
+from studies.sweep import sweep
 from robot_perception.geometry import se3
 from tests.hostile.sweep import call
 

@@ -7,8 +7,8 @@ from matplotlib.figure import Figure
 from robot_perception.chapters.arm_tracking import figures as draw
 from robot_perception.chapters.arm_tracking import views
 from robot_perception.chapters.arm_tracking.tracking import CLUTTER, PLAIN
-from robot_perception.teaching.figures.films import film
-from robot_perception.teaching.media import Shown
+from explorables.figures.films import film
+from explorables.media import Shown
 
 FPS = 7.5
 EVERY = 2

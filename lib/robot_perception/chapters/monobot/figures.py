@@ -11,8 +11,8 @@ from matplotlib.ticker import ScalarFormatter
 
 from robot_perception.evaluation.consistency import average_bounds
 from robot_perception.slam.monobot import MonobotRun
-from robot_perception.teaching.figures import drawn
-from robot_perception.teaching.figures.style import MEANING, AxesRow, band, ellipses, label
+from explorables.figures import drawn
+from explorables.figures.style import MEANING, AxesRow, band, ellipses, label
 
 MEASUREMENTS = "measurements after the first"
 

@@ -9,9 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from robot_perception.chapters.visual_slam import figures as draw
-from robot_perception.teaching.figures import figure, film
-from robot_perception.teaching.figures.style import MEANING, label
-from robot_perception.teaching.media import Shown
+from explorables.figures import figure, film
+from explorables.figures.style import MEANING, label
+from explorables.media import Shown
 
 FPS = 5
 WIDTH, HEIGHT = 6.4, 4.6

@@ -10,7 +10,7 @@ from jaxtyping import Float, Int
 
 from robot_perception import checks
 from robot_perception.fields import OPEN, checked
-from robot_perception.files import destination, written
+from studies.files import destination, written
 from robot_perception.observations import Observations
 from robot_perception.slam.planar.association import IGNORED, NEW, Association, associate
 from robot_perception.slam.planar.belief import MapBelief, checked_places
