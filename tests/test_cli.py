@@ -22,10 +22,10 @@ from robot_perception.cli.store import _renew_rows, drawn
 from robot_perception.cli.workers import working
 from robot_perception.datasets import DatasetMissing
 from robot_perception.datasets.entries import registry
-from studies.intervals import exact
-from studies import registration
 from robot_perception.teaching.scores.badges import recorded
+from studies import registration
 from studies.claims import Finding
+from studies.intervals import exact
 from studies.ledger import Ledger, record
 from studies.records import records
 from studies.rows import Rows

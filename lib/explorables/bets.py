@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from hashlib import sha256
 from string import ascii_uppercase
 
-from robot_perception.checks import one_of
 from explorables.figures.output import on_page
 from explorables.media import Shown, with_mathematics
 from explorables.outputs import output
@@ -73,7 +72,8 @@ def bet(question: str, replies: Mapping[str, str], right: str) -> Shown:
         _worded(f"replies[{answer!r}]", reply)
     if not 2 <= len(replies) <= MOST_ANSWERS:
         raise ValueError(f"replies must hold 2 to {MOST_ANSWERS} answers, got {len(replies)}")
-    one_of("right", right, replies)
+    if right not in replies:
+        raise ValueError(f"right must be one of {', '.join(map(repr, replies))}, got {right!r}")
     return output(_html(question, replies, right), _text(question, replies, right), "bet.css")
 
 

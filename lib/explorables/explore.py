@@ -22,7 +22,6 @@ import numpy as np
 import traitlets
 from IPython.display import display
 
-from robot_perception.checks import shown
 from explorables.controls import Control, Drag, choice, slider, timeline, toggle
 from explorables.figures.output import (
     check_alt,
@@ -165,7 +164,7 @@ class Explorer(anywidget.AnyWidget):
         self.observe(self._control_moved, list(controls))
         self.observe(self._parameters_set, "parameters")
         self.on_msg(self._receive)
-        self._markup = self._page() if on_page() else self._still()
+        self._markup = self.page() if on_page() else self._still()
 
     @property
     def controls(self) -> dict[str, Control]:
@@ -294,7 +293,8 @@ class Explorer(anywidget.AnyWidget):
         style = STILL_STYLE.format(still=self.still)
         return f'<div class="explorer-still" id="{self.still}">{figure}</div>{style}'
 
-    def _page(self) -> str:
+    def page(self) -> str:
+        """Return the explorer as a page holds it: all states, and the default one in view."""
         frames = [self.frame(**parameters) for parameters in self.grid()]
         controls = self._controls.values()
         defaults, sizes = [c.default for c in controls], [len(c.values) for c in controls]
@@ -380,7 +380,7 @@ def explorers_in(namespace: Mapping[str, Any]) -> list[Explorer]:
 
 def _check(draw: Callable[..., Any], controls: Mapping[str, Control]) -> None:
     if not callable(draw):
-        raise TypeError(f"draw must be a function, got {shown(draw)}")
+        raise TypeError(f"draw must be a function, got {draw!r}")
     if not controls:
         raise ValueError("controls must not be empty: an explorer needs a control")
     for name, control in controls.items():

@@ -10,7 +10,7 @@ _LINK = re.compile(r' href="(?P<page>[\w/.-]+)\.html(?P<place>#[^"]*)?"')
 _SOURCES = (".ipynb", ".md")
 
 
-def output(html: str, text: str, *sheets: str) -> Shown:
+def output(html: str, text: str, *sheets: str | Path) -> Shown:
     """Return HTML as the output of a cell.
 
     A page of the book has the style sheets, and its links lead to other pages. In a notebook the
@@ -24,7 +24,7 @@ def output(html: str, text: str, *sheets: str) -> Shown:
     text
         The same for a terminal, and for tests to compare.
     *sheets
-        The style sheets that it needs.
+        The style sheets that it needs: names of ours, or paths of others.
     """
     if not on_page():
         html = style_element("figure.css", *sheets) + _LINK.sub(_to_notebook, html)

@@ -4,10 +4,7 @@ import os
 from collections.abc import Iterable, Iterator
 from typing import Any, TypeVar
 
-from robot_perception.extras import needing
-
-with needing():
-    from tqdm import tqdm
+from tqdm import tqdm
 
 Item = TypeVar("Item")
 PAGE_VARIABLE = "EXPLORABLES_PAGE"

@@ -8,7 +8,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from robot_perception.checks import flag, instance, shown
+from studies.checks import flag, instance, shown
 
 UNFINISHED = ".unfinished-"
 """How the folders are called in which files are made before they appear in their place."""

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy import stats
 
-from robot_perception import checks
+from studies import checks
 
 RESAMPLES = 4000
 
@@ -304,7 +304,7 @@ def _between(estimate: float, low: float, high: float, unit: str = "", about: st
 
 
 def _samples(name: str, samples: np.ndarray, least: int) -> np.ndarray:
-    samples = checks.array(name, samples).ravel()
+    samples = checks.reals(name, samples).ravel()
     if samples.size < least:
         raise ValueError(f"need at least {least} {name}, got {samples.size}")
     return samples

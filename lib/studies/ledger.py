@@ -9,10 +9,11 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
-from robot_perception import checks
-from studies.intervals import Interval
-from studies.files import reading, written
+from studies import checks
 from studies.claims import Claim, Finding
+from studies.files import reading, written
+from studies.intervals import Interval
+from studies.project import project
 from studies.sentences import Form, sentence
 from studies.tables import Table
 from studies.verdicts import Accepted, Basis, Turn, Verdict, decide, turn
@@ -316,8 +317,8 @@ class Ledger:
         if lost:
             raise ValueError(
                 f"{', '.join(lost)} was scored and is declared no more; what was scored stays in "
-                f"the ledger: `robot-perception claims --withdraw {lost[0]} --why … --instead … "
-                "--write FILE` keeps it among the withdrawn"
+                f"the ledger: `{project().command} claims --withdraw {lost[0]} --why … "
+                "--instead … --write FILE` keeps it among the withdrawn"
             )
         again = sorted(by_id.keys() & {gone.id for gone in self.withdrawn})
         if again:

@@ -1,18 +1,16 @@
-"""Where the book keeps its recorded results: the claim ledger, stored figures, benchmark table."""
+"""Where a project keeps its recorded results: ledger, registrations, stored runs, rows."""
 
 from pathlib import Path
 
+from studies.project import project
+
 
 def records() -> Path:
-    """Return the folder of recorded results: of the checkout, or shipped inside the package.
+    """Return the folder of recorded results.
 
     Raises
     ------
     FileNotFoundError
-        If neither exists.
+        If the project says that there is none.
     """
-    package = Path(__file__).parents[1]
-    for folder in (package.parents[1] / "book" / "_data", package / "_data"):
-        if folder.is_dir():
-            return folder
-    raise FileNotFoundError("the recorded results are missing; write them with `make reproduce`")
+    return project().records()

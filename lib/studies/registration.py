@@ -20,9 +20,9 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
+from studies.claims import Claim
 from studies.files import reading, written
 from studies.keys.cells import definitions, sources, tried_on
-from studies.claims import Claim
 from studies.keys.dependencies import REGISTRATIONS, hashed
 from studies.records import records
 

@@ -8,7 +8,7 @@ import math
 from enum import StrEnum
 
 from studies.intervals import Interval
-from robot_perception.teaching.words.prose import typeset
+from studies.numbers import typeset
 from studies.verdicts import Accepted
 
 VALUE = "{value}"

@@ -6,14 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from robot_perception import checks
-from robot_perception.extras import needing
+from explorables.progress import progress
+from studies import checks
 
-with needing():
+try:
     from joblib import Parallel, delayed
     from joblib.parallel import BACKENDS, DEFAULT_BACKEND, get_active_backend
-
-    from explorables.progress import progress
+except ModuleNotFoundError as error:
+    text = f"This needs {error.name}: pip install 'robot-perception[book]'"
+    raise ModuleNotFoundError(text, name=error.name) from error
 
 WORKERS = "STUDIES_WORKERS"
 """Environment variable: number of processes for a caller that has chosen no backend."""
@@ -50,7 +51,7 @@ def sweep(
     if not callable(task):
         raise TypeError(f"task must be callable, got {checks.shown(task)}")
     items = list(checks.iterable("items", items))
-    checks.generator("rng", rng)
+    checks.instance("rng", rng, np.random.Generator)
     checks.instance("desc", desc, str)
     work = zip(items, rng.spawn(len(items)), strict=True)
     # the bar counts items that are handed out: not every backend can report those that are done

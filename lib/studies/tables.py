@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from html import escape
 from typing import Any
 
-from studies.intervals import Interval
 from explorables.media import Shown, html_table
+from studies.intervals import Interval
 
 Cell = Interval | float | str | None
 """What stands in a cell: a number with its interval, a bare one, a word, or nothing."""

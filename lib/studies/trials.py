@@ -37,17 +37,17 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from robot_perception.datasets.store import cache_directory
-from studies.sweep import sweep
-from studies.files import DamagedFile, reading, written
-from studies.stored import recorded_rows
-from studies.keys.cells import BOOK, code_of
 from studies.claims import STOPPING, Claim, Finding
+from studies.files import DamagedFile, reading, written
+from studies.keys.cells import code_of
 from studies.keys.definitions import meaning
 from studies.keys.dependencies import hashed
-from studies.stored.results import TRIALS, TRIALS_ANEW, use
-from studies.rows import Rows, framed
 from studies.keys.versions import differing, installed
+from studies.project import project
+from studies.rows import Rows, framed
+from studies.stored import recorded_rows
+from studies.stored.results import TRIALS, TRIALS_ANEW, use
+from studies.sweep import sweep
 
 FEW = 3
 """So many replicates of a study that a reader has changed are computed at once."""
@@ -109,7 +109,7 @@ class Trials:
     def __reduce__(self) -> tuple[Any, ...]:
         """Let a worker import the study from its notebook's module where it comes from there."""
         state = tuple(getattr(self, name) for name in self.__dataclass_fields__)
-        if not self.one.__module__.startswith(BOOK):
+        if not self.one.__module__.startswith(project().modules):
             return Trials, state
         return _imported, (
             self.one.__module__,
@@ -228,7 +228,7 @@ class Trials:
         if recorded is None:
             raise FileNotFoundError(
                 f"no rows of {self.name} ({self.changed or AS_DECLARED}) are recorded: "
-                f"`robot-perception store --chapter {self.stem}` computes them"
+                f"{project().storing('--chapter', self.stem)} computes them"
             )
         return self._as_rows(recorded, f"Computed on {recorded.date} by earlier code")
 
@@ -408,7 +408,7 @@ class Trials:
     def _is_the_books(self, code: str | None) -> bool:
         """Tell whether a study in a notebook is that of the book's module, code and levels."""
         try:
-            own: Any = getattr(import_module(f"{BOOK}{self.stem}"), self.name, None)
+            own: Any = getattr(import_module(f"{project().modules}{self.stem}"), self.name, None)
         except ImportError:
             return False
         if not isinstance(own, Trials) or own.code() != code:
@@ -484,7 +484,7 @@ def _imported(
 
 def forget_anew() -> None:
     """Forget the trials of a run that computed all anew; the next one begins at the start."""
-    rmtree(cache_directory() / TRIALS_ANEW, ignore_errors=True)
+    rmtree(project().cache() / TRIALS_ANEW, ignore_errors=True)
 
 
 def _kept(
@@ -496,7 +496,7 @@ def _kept(
     drawn = (study.seed, study.key(where[study.replicate]), _seeds()) if study.draws() else None
     libraries = [*installed().items()]
     key = repr((code, libraries, recorded_rows.processor(), drawn, where, study.fixed))
-    file = cache_directory() / folder / f"{study.stem}.{study.name}-{hashed(key)}.json"
+    file = project().cache() / folder / f"{study.stem}.{study.name}-{hashed(key)}.json"
     with suppress(OSError, DamagedFile), reading(file, "no trial"):
         kept = json.loads(file.read_text("utf-8"))
         found, seconds = _unplain(kept["trial"]), float(kept["seconds"])

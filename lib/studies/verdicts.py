@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
-from robot_perception.checks import one_of
+from studies.checks import one_of
 from studies.intervals import Interval
 
 

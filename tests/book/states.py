@@ -17,9 +17,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from studies.keys.dependencies import Dependencies
 from explorables.explorations import Exploration
-from studies.stored.recorded_rows import COMPARED, NOUGHT, RTOL, processor
 from explorables.snapshots import (
     ARRAY,
     ENTRIES,
@@ -28,6 +26,8 @@ from explorables.snapshots import (
     finding_of,
     snapshot,
 )
+from studies.keys.dependencies import Dependencies
+from studies.stored.recorded_rows import COMPARED, NOUGHT, RTOL, processor
 from tests.book import pages
 from tests.book.computing import module
 from tests.proof import WHOLE

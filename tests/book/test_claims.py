@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 
 from robot_perception import chapters
-from studies import registration
 from robot_perception.teaching.scores.badges import recorded
+from studies import registration
 from studies.claims import Claim
 from studies.ledger import entry, sabotaged
 from studies.verdicts import turned

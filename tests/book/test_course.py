@@ -5,7 +5,6 @@ import re
 
 import pytest
 
-from robot_perception.teaching.pages.contents import read
 from robot_perception.teaching.course.copies import asked, copied
 from robot_perception.teaching.course.weeks import (
     CLASS_MINUTES,
@@ -17,6 +16,7 @@ from robot_perception.teaching.course.weeks import (
     week,
     weeks,
 )
+from robot_perception.teaching.pages.contents import read
 from tests.book.pages import BOOK, NOTEBOOKS, notebook
 
 CONTENTS = read()

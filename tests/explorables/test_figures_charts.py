@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 
-from studies.intervals import Interval
 from explorables.figures import MEANING, figure
 from explorables.figures.charts import Arrow, bars, curve, states
+from studies.intervals import Interval
 
 FOUND = [Interval(0.5, 0.4, 0.7, "", "a"), Interval(0.9, 0.8, 0.95, "", "b")]
 

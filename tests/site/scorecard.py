@@ -6,8 +6,8 @@ from functools import cache
 from playwright.sync_api import Page, expect
 
 from robot_perception.teaching.scores.badges import recorded
-from studies.ledger import Entry
 from robot_perception.teaching.scores.scorecard import grouped
+from studies.ledger import Entry
 from tests.site.accessibility import serious, violations
 from tests.site.measures import WIDE_ELEMENTS
 from tests.site.visits import Check, Stage, Standing

@@ -14,11 +14,11 @@ from myst_nb.core.config import NbParserConfig
 from nbformat import write
 from nbformat.v4 import new_code_cell, new_notebook
 
-from robot_perception.teaching import sphinx_extension
 from explorables.explore import explore, slider
 from explorables.figures import figure
 from explorables.figures.output import PAGE_VARIABLE
 from explorables.media import with_mathematics
+from robot_perception.teaching import sphinx_extension
 from tests.unchecked import unchecked
 
 ALT = "A line whose slope is the gain that was chosen."

@@ -8,8 +8,8 @@ import pytest
 from sphinx.application import Sphinx
 from sphinx.util.docutils import docutils_namespace
 
-from robot_perception.teaching import sphinx_extension
 from explorables.figures.output import figcaption, opening
+from robot_perception.teaching import sphinx_extension
 
 WORDS = {"one": "The first.", "two": "The second.", "three": "The third."}
 

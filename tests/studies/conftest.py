@@ -15,10 +15,10 @@ from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
 
 import robot_perception.book as notebooks
 from robot_perception.datasets.store import CACHE_VARIABLE
-from studies.keys import cells
-from studies.stored import recorded_rows
 from studies import registration
+from studies.keys import cells
 from studies.keys.cells import BOOK, LIVE
+from studies.stored import recorded_rows
 
 
 @dataclass(frozen=True)

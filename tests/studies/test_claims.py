@@ -4,8 +4,8 @@ from types import ModuleType
 
 import pytest
 
-from studies.intervals import Interval, exact
 from studies.claims import Claim, Finding, claims_in
+from studies.intervals import Interval, exact
 from studies.verdicts import Accepted, Condition, Verdict
 from tests.studies.entries import WORDS, study
 

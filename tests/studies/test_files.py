@@ -18,11 +18,11 @@ from PIL import Image
 
 from robot_perception import datasets
 from robot_perception.datasets import entries
-from studies.files import UNFINISHED, DamagedFile, destination, reading, written
 from robot_perception.slam import planar
-from studies.stored import recordings, results, storage
+from studies.files import UNFINISHED, DamagedFile, destination, reading, written
 from studies.ledger import Ledger
 from studies.records import records
+from studies.stored import recordings, results, storage
 
 TRIES = 90
 

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import pytest
 
-from studies.intervals import Interval, exact
-from studies.files import DamagedFile
 from studies.claims import Finding
+from studies.files import DamagedFile
+from studies.intervals import Interval, exact
 from studies.ledger import (
     Entry,
     Ledger,

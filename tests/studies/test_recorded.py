@@ -12,13 +12,13 @@ import pytest
 from robot_perception import chapters
 from robot_perception.beliefs import Gaussian
 from robot_perception.ceiling.mosaic import Links
-from studies.stored import recorded as module
 from studies.keys import versions
-from studies.stored.recorded import Recorded, recorded
+from studies.keys.versions import here
 from studies.records import records
+from studies.stored import recorded as module
+from studies.stored.recorded import Recorded, recorded
 from studies.stored.structures import Packed, packed, unpacked
 from studies.verdicts import Verdict
-from studies.keys.versions import here
 
 
 @dataclass(frozen=True, eq=False)

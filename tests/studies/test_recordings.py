@@ -13,10 +13,10 @@ from jaxtyping import Float
 
 from robot_perception import datasets
 from studies.files import DamagedFile
-from studies.stored import recordings, storage
 from studies.keys import versions
-from studies.stored.recordings import Read, Recording
 from studies.keys.versions import here
+from studies.stored import recordings, storage
+from studies.stored.recordings import Read, Recording
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import pytest
 
+from studies import registration
 from studies.files import DamagedFile
 from studies.keys import dependencies
-from studies import registration
 from studies.registration import (
     Registration,
     anew,

@@ -10,12 +10,12 @@ from joblib import parallel_config
 
 from robot_perception.book import covariance_intersection
 from robot_perception.datasets.store import CACHE_VARIABLE
-from studies.sweep import sweep
-from studies.stored import recorded_rows
 from studies import trials
+from studies.claims import Claim
 from studies.keys import versions
 from studies.keys.cells import code_of
-from studies.claims import Claim
+from studies.stored import recorded_rows
+from studies.sweep import sweep
 from studies.trials import Chapter, Trials
 
 CELLS = (

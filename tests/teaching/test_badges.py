@@ -2,9 +2,9 @@
 
 import pytest
 
-from studies.intervals import Interval, exact
 from robot_perception.teaching.scores import badges as module
 from studies.claims import Finding
+from studies.intervals import Interval, exact
 from studies.ledger import Ledger
 from studies.verdicts import Basis, Condition
 from tests.studies.entries import made

@@ -2,9 +2,9 @@
 
 import pytest
 
+from explorables.figures import figure
 from robot_perception.teaching.pages.cards import Card, cards
 from robot_perception.teaching.pages.contents import Contents
-from explorables.figures import figure
 from studies.ledger import Ledger
 from tests.teaching.test_contents import boxed, page
 

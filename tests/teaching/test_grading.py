@@ -17,11 +17,11 @@ from hypothesis.extra import numpy as arrays
 
 from robot_perception.teaching.course import grading
 from robot_perception.teaching.course.answering import LONGEST, serve
-from studies.keys.cells import folder
 from robot_perception.teaching.course.copies import without_sheet
 from robot_perception.teaching.course.exercises import Exercise
 from robot_perception.teaching.course.grading import Rules, apart, judged, run, sheet_of
 from robot_perception.teaching.course.messages import BrokenLine, Line
+from studies.keys.cells import folder
 from tests.book.computing import COMPUTING, module
 
 STEM = "covariance_intersection"

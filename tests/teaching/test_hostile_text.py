@@ -10,18 +10,18 @@ import pytest
 from bs4 import BeautifulSoup
 from matplotlib.figure import Figure
 
-from studies.intervals import Interval
-from robot_perception.teaching.scores import badges, overview, scorecard
 from explorables.bets import bet
-from robot_perception.teaching.pages.cards import Card, cards
-from studies.claims import Finding
-from robot_perception.teaching.pages.contents import Contents
-from robot_perception.teaching.course.exercises import Exercise, Sheet
 from explorables.explore import choice, explore
 from explorables.figures import figure, film, show
 from explorables.figures.output import PAGE_VARIABLE
-from studies.ledger import Entry, Ledger, Sabotaged, Withdrawn
+from robot_perception.teaching.course.exercises import Exercise, Sheet
+from robot_perception.teaching.pages.cards import Card, cards
+from robot_perception.teaching.pages.contents import Contents
+from robot_perception.teaching.scores import badges, overview, scorecard
 from robot_perception.teaching.scores.performance import Latency, Record, Work
+from studies.claims import Finding
+from studies.intervals import Interval
+from studies.ledger import Entry, Ledger, Sabotaged, Withdrawn
 from studies.tables import Table
 from studies.verdicts import Accepted, Condition
 from tests.studies.entries import claim, made, study

@@ -5,8 +5,8 @@ from xml.etree import ElementTree
 
 import pytest
 
-from robot_perception.teaching.pages.contents import Contents
 from explorables.figures.output import PAGE_VARIABLE
+from robot_perception.teaching.pages.contents import Contents
 from robot_perception.teaching.pages.paths import Path, graph, hours, paths
 from tests.teaching.test_contents import boxed, page
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from robot_perception import checks, kalman
-from robot_perception.teaching.words.prose import tell
 from robot_perception.teaching.pages.source import show_source
+from robot_perception.teaching.words.prose import tell
 
 
 def test_tell_formats_numbers_and_keeps_braces_for_mathematics():

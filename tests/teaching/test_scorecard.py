@@ -8,14 +8,14 @@ from pathlib import Path
 
 import pytest
 
+from explorables.figures.output import PAGE_VARIABLE
 from robot_perception import chapters
-from studies.intervals import Interval, exact
 from robot_perception.teaching.scores import overview
 from robot_perception.teaching.scores import scorecard as module
-from studies.claims import Finding
-from explorables.figures.output import PAGE_VARIABLE
-from studies.ledger import Ledger
 from robot_perception.teaching.scores.papers import PAPERS, paper
+from studies.claims import Finding
+from studies.intervals import Interval, exact
+from studies.ledger import Ledger
 from studies.tables import Table
 from studies.verdicts import Accepted, Condition
 from tests.studies.entries import claim, made

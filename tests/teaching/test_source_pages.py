@@ -5,7 +5,6 @@ import os
 import pytest
 
 from robot_perception.teaching.pages import source_pages
-from studies.keys.dependencies import ROOT
 from robot_perception.teaching.pages.source_pages import (
     address,
     definitions,
@@ -13,6 +12,7 @@ from robot_perception.teaching.pages.source_pages import (
     pages,
     with_targets,
 )
+from studies.keys.dependencies import ROOT
 
 CODE = '''"""Says."""
 

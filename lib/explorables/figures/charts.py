@@ -1,14 +1,29 @@
 """Charts of what studies find: curves and bars with their intervals, states and arrows."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 
-from studies.intervals import Interval
 from explorables.figures.style import GROUND, MEANING, band
+
+
+class Interval(Protocol):
+    """A value with the ends of its interval."""
+
+    @property
+    def estimate(self) -> float:
+        """Return the value."""
+
+    @property
+    def low(self) -> float:
+        """Return the lower end."""
+
+    @property
+    def high(self) -> float:
+        """Return the upper end."""
 
 
 def curve(

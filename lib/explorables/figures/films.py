@@ -11,7 +11,6 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
-from explorables.progress import progress
 from explorables.figures.output import (
     check_alt,
     check_name,
@@ -26,6 +25,7 @@ from explorables.figures.style import GROUND, STYLE
 from explorables.figures.ticks import checked, settings
 from explorables.figures.webp import check_image, to_animated_webp, to_webp
 from explorables.media import Shown, data_element
+from explorables.progress import progress
 
 KEY_FRAMES = 5
 """Frames that stand for a film on paper; the first of them where no script runs."""

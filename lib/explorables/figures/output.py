@@ -7,14 +7,16 @@ import html
 import os
 import re
 from functools import cache
-from importlib.resources import files
+from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from explorables.progress import PAGE_VARIABLE
 from explorables.figures.svg import to_html
 from explorables.media import Shown, with_mathematics
+from explorables.progress import PAGE_VARIABLE
 
+FRONT_END = Path(__file__).parents[1] / "front_end"
+"""Folder of the scripts and style sheets."""
 _SHORTEST_ALT = 20
 _FILE_NAME = re.compile(r"\S+\.[A-Za-z0-9]{2,5}")
 _NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
@@ -102,11 +104,11 @@ def on_page() -> bool:
 
 
 @cache
-def front_end(name: str) -> str:
-    """Read a file of the front end, a script or a style sheet."""
-    return files("robot_perception.teaching").joinpath("front_end", name).read_text("utf-8")
+def front_end(name: str | Path) -> str:
+    """Read a file of the front end, a script or a style sheet, or another one by its path."""
+    return (FRONT_END / name).read_text("utf-8")
 
 
-def style_element(*names: str) -> str:
-    """Write the style sheets that an output needs; a page of the book has them already."""
+def style_element(*names: str | Path) -> str:
+    """Write the style sheets that an output needs; a page of a book has them already."""
     return "" if on_page() else f"<style>{''.join(map(front_end, names))}</style>"

@@ -73,7 +73,7 @@ _NOTHING = re.compile(
 )
 _SETTINGS = {
     "image.composite_image": False,  # each image by itself, so that it can keep its resolution
-    "svg.hashsalt": "robot-perception",
+    "svg.hashsalt": "explorables",
     "svg.image_inline": True,
     "path.simplify": True,
     "svg.fonttype": "none",

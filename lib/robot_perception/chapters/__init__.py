@@ -13,7 +13,7 @@ from importlib.util import find_spec
 from pkgutil import iter_modules
 from types import ModuleType
 
-from studies.keys.cells import BOOK
+from robot_perception.project import BOOK
 from studies.claims import Claim, claims_in
 from studies.stored.recorded import Recorded
 from studies.stored.recordings import Recording

@@ -30,9 +30,9 @@ def course(student: Path | None, instructor: Path | None, stems: tuple[str, ...]
     import json
 
     from robot_perception import chapters
+    from robot_perception.teaching.course.copies import asked, copied
     from studies.files import written
     from studies.keys.cells import folder
-    from robot_perception.teaching.course.copies import asked, copied
 
     if student is None and instructor is None:
         raise click.UsageError("say where to: --student DIR, --instructor DIR, or both")

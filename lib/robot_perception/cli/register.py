@@ -23,8 +23,8 @@ def register(ids: tuple[str, ...], remark: str, same: bool) -> None:
     this code must give the recorded value and verdict, and its sabotages theirs.
     """
     from robot_perception import chapters
-    from studies import registration
     from robot_perception.teaching.scores.badges import recorded
+    from studies import registration
     from studies.stored.locks import changing
 
     declared = {claim.id: claim for claim in chapters.claims()}

@@ -1,7 +1,7 @@
 """Study cells: the code of a chapter that is in its notebook, read as a module reads a file.
 
-A cell of ``book/<stem>.ipynb`` with the tag ``study`` is a part of the module
-``robot_perception.book.<stem>`` (:mod:`robot_perception.book`). What one of its functions computes
+A cell of ``<stem>.ipynb`` with the tag ``study`` is a part of a module of that name
+(:mod:`studies.notebooks`). What one of its functions computes
 depends on its own source and on the definitions that this reaches, in the cells and in the modules
 that they import: `code_of` hashes that and nothing else. In a notebook the same functions live in
 ``__main__``, where a reader edits them; there the cells that were run are what counts, so that the
@@ -21,10 +21,10 @@ from typing import Any
 from studies.files import reading
 from studies.keys import dependencies
 from studies.keys.definitions import asked_of, meaning
+from studies.project import project
 
 STUDY = "study"
 """The tag of a cell that is a part of the chapter's module."""
-BOOK = dependencies.NOTEBOOKS
 LIVE = "__main__"
 
 Source = tuple[str, str]
@@ -32,18 +32,19 @@ Source = tuple[str, str]
 
 
 def folder() -> Path:
-    """Return the folder of the notebooks: of the checkout, or shipped inside the package.
+    """Return the folder of the notebooks.
 
     Raises
     ------
     FileNotFoundError
-        If neither exists.
+        If the project says that there is none.
     """
-    package = Path(__file__).parents[1]
-    for place in (package.parents[1] / "book", package / "_book"):
-        if (place / "intro.md").exists() or (place.name == "_book" and place.is_dir()):
-            return place
-    raise FileNotFoundError("the notebooks are missing: they lie beside `lib`, or in the package")
+    return project().notebooks()
+
+
+def in_cells(module: str) -> bool:
+    """Tell whether a module is made of study cells: those of a notebook, or of this process."""
+    return module == LIVE or module.startswith(project().modules)
 
 
 def study_cells(page: Path) -> list[Source]:
@@ -93,8 +94,9 @@ def tried_on(function: Callable[..., Any]) -> str | None:
 
 def sources(module: str) -> tuple[str, ...] | None:
     """Return the texts of the cells of a module, or of those that were run in this notebook."""
-    if module.startswith(BOOK):
-        return _of_page(module.removeprefix(BOOK))
+    above = project().modules
+    if module.startswith(above):
+        return _of_page(module.removeprefix(above))
     if module == LIVE:
         notebook = shell()
         return None if notebook is None else _run_in(notebook)
@@ -234,19 +236,19 @@ class Definitions:
         if not self._has(name):
             return None
         statements, imports, modules = self.reached(name)
-        nodes = _nodes(statements)
+        nodes, book = _nodes(statements), project().modules
         for module, imported, alias in map(str.split, imports):
-            asked = asked_of(alias, nodes) if f"{module}." == BOOK else None
+            asked = asked_of(alias, nodes) if f"{module}." == book else None
             if asked is not None:
-                whole = f"{BOOK}{imported}:"
+                whole = f"{book}{imported}:"
                 modules = modules - {whole} | {f"{whole}{one}" for one in asked}
-        own = (BOOK, *(f"{package}." for package in dependencies.WORLDS))
+        own = (book, *(f"{package}." for package in project().worlds))
         lines = self._lines(name)
         lines += (
             line for line in imports if any(f"{w}.".startswith(own) for w in line.split()[:2])
         )
         lines += (f"{cell} {code}" for cell, code in self._of_books(modules, Definitions.tried))
-        library = {module.partition(":")[0] for module in modules if not module.startswith(BOOK)}
+        library = {module.partition(":")[0] for module in modules if not module.startswith(book)}
         lines.append(dependencies.worlds_digest(*sorted(library)))
         return dependencies.hashed("\n".join(sorted(lines)))
 
@@ -270,9 +272,10 @@ class Definitions:
 
         Without a name, of all of its definitions.
         """
+        book = project().modules
         for module in modules:
-            if module.startswith(BOOK):
-                stem, _, name = module.removeprefix(BOOK).partition(":")
+            if module.startswith(book):
+                stem, _, name = module.removeprefix(book).partition(":")
                 cells = definitions(_of_page(stem))
                 names = [name] if name else sorted(cells._statements)
                 yield module, " ".join(f"{one} {digest(cells, one)}" for one in names)
@@ -353,7 +356,7 @@ def _refined(
             names = None if by_path else asked_of(alias, nodes)
             before = asked.get(whole, set())
             asked[whole] = before | names if names and before is not None else None
-    found = (one for one in modules if not one.startswith(BOOK))
+    found = (one for one in modules if not one.startswith(project().modules))
     return {f"{one}:{name}" if name else one for one in found for name in asked.get(one) or ("",)}
 
 
@@ -389,8 +392,9 @@ def _ours(
     module = getattr(statement, "module", None)
     if module is None:
         return {alias.name} & known
-    if f"{module}.".startswith(BOOK):
-        return {f"{module}.{alias.name}:" if f"{module}." == BOOK else f"{module}:{alias.name}"}
+    book = project().modules
+    if f"{module}.".startswith(book):
+        return {f"{module}.{alias.name}:" if f"{module}." == book else f"{module}:{alias.name}"}
     whole = f"{module}.{alias.name}"
     if whole in known:
         return {whole}

@@ -19,20 +19,15 @@ from pathlib import Path
 
 import grimp
 
-from robot_perception.datasets import find, registry
 from studies.files import reading
 from studies.keys.definitions import WHOLE, Definition, Module, meaning
+from studies.project import project
 from studies.records import records
 
-NOTEBOOKS = "robot_perception.book."
-"""Above the modules that are the study cells of notebooks."""
-CHAPTERS = "robot_perception.chapters"
-CONTENTS = "robot_perception.teaching.pages.contents"
-"""Reads all pages."""
 ROWS = "rows"
 """Folder of the recorded rows, named by chapter and study."""
-ROOT = Path(__file__).parents[3]  # whatever book is built, its code and records are these
-PACKAGES = ("robot_perception", "data_synth")
+OWN = ("explorables", "studies")
+"""What pages depend on beside the packages of the project."""
 LEDGER = "claims.json"
 REGISTRATIONS = "registrations.tsv"
 BY_NAME = frozenset({"importlib", "pkgutil"})
@@ -44,14 +39,17 @@ NOT_BY_NAME = ("importlib.metadata", "importlib.resources", "importlib.util")
 """Parts of it that import nothing."""
 
 IRRELEVANT = frozenset({"__pycache__", "front_end"})  # bytecode; scripts that pages load themselves
-SHOWING = ("robot_perception.teaching",)
-"""Packages that show, judge and store what others compute: no result depends on them."""
+COMPUTING = ("studies.checks", "studies.files", "studies.intervals", "studies.sweep")
+"""Of our own modules those on which results depend: the others show, judge and store."""
 RECORDS = "studies.records"
 """Names the folder of what is recorded: results depend on what is read there."""
 EFFECTS = "(effects)"
 """In place of a name: what a module does when it is imported, beside binding names."""
-WORLDS = ("data_synth", CHAPTERS)
-"""Packages that say what an algorithm is tried on."""
+
+
+def known_packages() -> tuple[str, ...]:
+    """Return the packages that are looked into: those of the project, and our own."""
+    return (*project().packages, *OWN)
 
 
 class Imports:
@@ -59,13 +57,13 @@ class Imports:
 
     def __init__(
         self,
-        packages: tuple[str, ...] = PACKAGES,
-        showing: tuple[str, ...] = SHOWING,
+        packages: tuple[str, ...],
+        showing: tuple[str, ...] = (),
         folder: Path | None = None,
     ) -> None:
         kept = None if folder is None else str(folder)
         self._graph = grimp.build_graph(*packages, include_external_packages=True, cache_dir=kept)
-        self._showing = showing
+        self._showing = (*showing, *OWN)
         self._steps: dict[tuple[str, bool], tuple[tuple[str, bool], ...]] = {}
         self._meanings: dict[str, str] = {}
         self._defined: dict[str, Module] = {}
@@ -203,7 +201,8 @@ class Imports:
         )
 
     def _shows(self, name: str) -> bool:
-        return any(f"{name}.".startswith(f"{package}.") for package in self._showing)
+        shows = any(f"{name}.".startswith(f"{package}.") for package in self._showing)
+        return shows and name not in COMPUTING
 
     def _next(self, name: str, meant: bool) -> Iterator[tuple[str, bool]]:
         """Yield what a module imports, whether it was meant or only stands above another one."""
@@ -247,14 +246,14 @@ def code_digest(*asked: str, named: frozenset[str] = frozenset()) -> str:
     """Hash the code on which the results of some definitions depend.
 
     That is what these definitions and all those that they read do: a comment, a docstring or a line
-    that is broken elsewhere changes nothing, nor does what they do not reach of a module, nor
-    `robot_perception.teaching`. Where a module lies, and which Python reads it, makes no
+    that is broken elsewhere changes nothing, nor does what they do not reach of a module, nor what
+    only shows. Where a module lies, and which Python reads it, makes no
     difference. What they read of the records counts, too, but for results.
 
     Parameters
     ----------
     *asked
-        Modules of these packages, or definitions in them: ``"robot_perception.kalman:predict"``.
+        Modules of the packages, or definitions in them: ``"robots.kalman:predict"``.
     named
         Texts of who asks, which may name a file of the records.
 
@@ -267,14 +266,14 @@ def code_digest(*asked: str, named: frozenset[str] = frozenset()) -> str:
 
 
 def worlds_digest(*modules: str) -> str:
-    """Hash the modules of the worlds and of the chapters that others reach, each whole.
+    """Hash the modules of the worlds that others reach, each whole.
 
     Raises
     ------
     ValueError
         If there is no such module.
     """
-    return _imports().modules_digest(*modules, within=WORLDS)
+    return _imports().modules_digest(*modules, within=project().worlds)
 
 
 def modules() -> frozenset[str]:
@@ -294,7 +293,7 @@ def _content(file: Path, changed: int) -> str:
 
 @cache
 def _imports() -> Imports:
-    return Imports()
+    return Imports(known_packages(), project().showing)
 
 
 @dataclass(frozen=True)
@@ -340,7 +339,7 @@ class Dependencies:
     root
         The repository.
     packages
-        Its packages.
+        Its packages; those of the project by default.
     reads
         Returns what a file says, as `said_in` does.
     folder
@@ -350,17 +349,18 @@ class Dependencies:
     def __init__(
         self,
         root: Path,
-        packages: tuple[str, ...] = PACKAGES,
+        packages: tuple[str, ...] | None = None,
         reads: Callable[[Path], Said | None] = said_in,
         folder: Path | None = None,
     ) -> None:
         self._root = root
         self._reads = cache(reads)
-        self.imports = Imports(packages, folder=folder)
+        found = known_packages() if packages is None else packages
+        self.imports = Imports(found, project().showing, folder)
         self._names = {name: self._reads(file).texts for name, file in self.imports.files.items()}
         pages = filter(None, map(self._reads, (root / "book").glob("*.ipynb")))
         self._named = frozenset().union(*self._names.values(), *(page.texts for page in pages))
-        folders = (root / "book" / "_data", *(_file(name).parent for name in packages))
+        folders = (root / "book" / "_data", *(_file(name).parent for name in found))
         self.stored = {
             file: _calls(file.relative_to(folder))
             for folder in folders
@@ -393,9 +393,10 @@ class Dependencies:
                 elif file.name == REGISTRATIONS:
                     text = registrations_of(named, text)
             digest.update(text)
-        for name in registry():  # a page differs with its recording there or not
+        data = project().data
+        for name in data.names():  # a page differs with its recording there or not
             if name in named or name not in self._named:
-                digest.update(f"{name} {find(name) is not None}".encode())
+                digest.update(f"{name} {data.find(name) is not None}".encode())
         return digest.hexdigest()[:16]
 
     def modules(self, cells: Iterable[Said]) -> set[str]:
@@ -417,7 +418,8 @@ class Dependencies:
         """Yield the notebooks whose modules cells import."""
         pairs = {pair for cell in cells for pair in cell.imported}
         called = {name for module, taken in pairs for name in (module, f"{module}.{taken}")}
-        stems = (name.removeprefix(NOTEBOOKS) for name in called if name.startswith(NOTEBOOKS))
+        above = project().modules
+        stems = (name.removeprefix(above) for name in called if name.startswith(above))
         pages = (self._root / "book" / f"{stem}.ipynb" for stem in stems)
         yield from (page for page in pages if page.exists())
 
@@ -436,11 +438,11 @@ class Dependencies:
         Who reads the book's contents reads its other pages, too.
         """
         book, imported = self._root / "book", set(self.imported(cells))
-        if CONTENTS in imported:
+        if project().reading_pages in imported:
             return sorted(
                 file for kind in ("*.ipynb", "*.md", "_toc.yml") for file in book.glob(kind)
             )
-        if CHAPTERS in imported:
+        if project().reading_notebooks in imported:
             return sorted(book.glob("*.ipynb"))
         return sorted(self._below(cells))
 
@@ -452,7 +454,7 @@ class Dependencies:
         cells = list(cells)
         read = (self._reads(page) for page in self._read_by(cells) if page.suffix == ".ipynb")
         own = frozenset().union(*(cell.texts for cell in (*cells, *filter(None, read))))
-        rows = {f"{NOTEBOOKS}{text}" for text in own}
+        rows = {f"{project().modules}{text}" for text in own}
         return own.union(rows, *(self._names[name] for name in modules))
 
     def data(self, named: frozenset[str]) -> list[Path]:
@@ -522,7 +524,7 @@ def _calls(file: Path) -> frozenset[str]:
     Rows are those of one chapter, whose name stands before the study's.
     """
     if file.parent.name == ROWS:
-        return frozenset({f"{NOTEBOOKS}{file.name.partition('.')[0]}"})
+        return frozenset({f"{project().modules}{file.name.partition('.')[0]}"})
     return frozenset({file.name, *(part.partition(".")[0] for part in file.parts)})
 
 

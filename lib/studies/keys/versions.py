@@ -8,8 +8,7 @@ some of it anew where the packages are others.
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 
-LIBRARIES = ("numpy", "numba", "scipy", "opencv-python-headless")
-"""Packages on whose code results depend."""
+from studies.project import project
 
 
 @cache
@@ -22,7 +21,7 @@ def _version(library: str) -> str | None:
 
 def installed() -> dict[str, str]:
     """Return the versions of these packages that are installed here, by name."""
-    found = {library: _version(library) for library in LIBRARIES}
+    found = {library: _version(library) for library in project().libraries}
     return {library: number for library, number in found.items() if number is not None}
 
 

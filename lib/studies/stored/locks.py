@@ -8,9 +8,9 @@ from pathlib import Path
 
 from filelock import FileLock, Timeout
 
-from robot_perception.datasets.store import cache_directory
 from explorables.progress import PAGE_VARIABLE
 from studies.keys.dependencies import hashed
+from studies.project import project
 
 LOCKS = "locks"
 """Folder of the cache."""
@@ -58,4 +58,4 @@ def changing(file: Path) -> AbstractContextManager[None]:
     """Let one process at a time read a record and write it anew."""
     place = Path(os.path.realpath(file))
     name = f"{place.name}-{hashed(str(place))}.lock"
-    return alone(cache_directory() / LOCKS / name, str(place))
+    return alone(project().cache() / LOCKS / name, str(place))

@@ -8,7 +8,7 @@
 The function is `kept`; for the calls that the book makes its results are stored beside the ledger
 as well, so that a page is built without computing them. The summary in JSON has the hash of the
 code that computed them and that of the stored file: where one does not fit, they are computed as if
-nothing were stored, and the cell or a warning says why. ``robot-perception store`` renews them.
+nothing were stored, and the cell or a warning says why.
 """
 
 import hashlib
@@ -23,13 +23,13 @@ from tempfile import TemporaryDirectory
 from typing import Any, Generic, ParamSpec, TypeVar
 
 from studies.files import DamagedFile, reading, written
-from studies.stored import storage
-from studies.keys.cells import BOOK, LIVE, code_of, shell
+from studies.keys.cells import code_of, in_cells, shell
 from studies.keys.dependencies import code_digest
+from studies.keys.versions import differing, here
 from studies.records import records
+from studies.stored import storage
 from studies.stored.results import kept, told
 from studies.stored.structures import Packed, packed, unpacked
-from studies.keys.versions import differing, here
 
 P = ParamSpec("P")
 Result = TypeVar("Result")
@@ -152,7 +152,7 @@ class Recorded(Generic[P, Result]):
     def _code(self) -> str | None:
         """Hash the code that the results depend on: of study cells what the function reaches."""
         function: Any = inspect.unwrap(self._compute)
-        if self._module == LIVE or self._module.startswith(BOOK):
+        if in_cells(self._module):
             return code_of(function)
         return code_digest(f"{self._module}:{function.__qualname__.partition('.')[0]}")
 

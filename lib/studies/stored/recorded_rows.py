@@ -21,10 +21,11 @@ import pandas as pd
 from threadpoolctl import threadpool_info
 
 from studies.files import DamagedFile, reading, written
+from studies.keys.versions import here
+from studies.project import project
+from studies.records import records
 from studies.stored import storage
 from studies.stored.locks import changing
-from studies.records import records
-from studies.keys.versions import here
 
 RTOL = 1e-6
 """Numbers are the same that differ by this share of the largest of their column and combination."""
@@ -110,8 +111,8 @@ def read(stem: str, study: str, variant: str) -> Recorded | None:
             keys = (said[name] for name in ("code", "declared", "date"))
             return Recorded(table, *keys, kind, said.get("versions", ""))
     except DamagedFile as error:
-        advice = f"`robot-perception store --only {stem}.{study}` records the rows anew"
-        raise DamagedFile(f"{error}; {advice}") from error
+        how = project().storing("--only", f"{stem}.{study}")
+        raise DamagedFile(f"{error}; {how} records the rows anew") from error
 
 
 def _is_whole(file: Path) -> bool:
@@ -178,7 +179,7 @@ def write(
         The file of the rows.
     """
     file = file_of(stem, study)
-    file.parent.mkdir(exist_ok=True)
+    file.parent.mkdir(parents=True, exist_ok=True)
     columns = {name: _plain(table[name]) for name in table}
     start = f"variants/{variant}/"
     with changing(file):

@@ -22,13 +22,13 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Generic, TypeVar
 
-from robot_perception import datasets
 from studies.files import DamagedFile, reading, written
-from studies.stored import storage
-from studies.keys.cells import BOOK, LIVE, code_of
+from studies.keys.cells import code_of, in_cells
 from studies.keys.dependencies import code_digest, hashed
-from studies.records import records
 from studies.keys.versions import differing, here
+from studies.project import project
+from studies.records import records
+from studies.stored import storage
 
 Result = TypeVar("Result")
 
@@ -80,7 +80,7 @@ class Recording(Generic[Result]):
 
         Otherwise compute it; without the recording the stored result is all there is.
         """
-        folder = datasets.find(self.dataset)
+        folder = project().data.find(self.dataset)
         if folder is None:
             return self.stored()
         damaged = False
@@ -145,9 +145,10 @@ class Recording(Generic[Result]):
             )
         note = (
             f"The recording `{self.dataset}` is not on this machine: what follows is the stored "
-            f"result of {self._summary()['date']}. `robot-perception datasets info {self.dataset}` "
-            "says how to get the recording."
+            f"result of {self._summary()['date']}."
         )
+        if way := project().command:
+            note += f" `{way} datasets info {self.dataset}` says how to get the recording."
         return Read(self._load(), False, note)
 
     def write(self) -> Path:
@@ -155,12 +156,12 @@ class Recording(Generic[Result]):
 
         Raises
         ------
-        robot_perception.datasets.DatasetMissing
+        FileNotFoundError
             If the recording is not on this machine.
         ValueError
             If a number is not finite.
         """
-        result = self.compute(datasets.path(self.dataset))
+        result = self.compute(project().data.path(self.dataset))
         file = self._file()
         self._describe(date.today().isoformat(), storage.save(file, result))
         return file
@@ -175,12 +176,12 @@ class Recording(Generic[Result]):
 
         Raises
         ------
-        robot_perception.datasets.DatasetMissing
+        FileNotFoundError
             If the recording is not on this machine.
         ValueError
             If a number is not finite.
         """
-        file, result = self._file(), self.compute(datasets.path(self.dataset))
+        file, result = self._file(), self.compute(project().data.path(self.dataset))
         timed = {part.name for part in fields(self.result) if part.metadata.get("timed")}
         with TemporaryDirectory() as folder:
             again = Path(folder) / file.name
@@ -202,7 +203,7 @@ class Recording(Generic[Result]):
             given.append((function.args, sorted(function.keywords.items())))
             function = function.func
         function = inspect.unwrap(function)
-        if function.__module__ == LIVE or function.__module__.startswith(BOOK):
+        if in_cells(function.__module__):
             keys = [code_of(one) for one in (function, self.result)]
             return None if None in keys else hashed(f"{keys} {given}")
         both = (function, self.result)
@@ -213,14 +214,8 @@ class Recording(Generic[Result]):
             return None
 
     def _data(self) -> str | None:
-        """Return a digest of the registered hashes; ``None`` if the files have others."""
-        if self.dataset not in datasets.registry():
-            return None
-        files = datasets.status(self.dataset)
-        if any(item.state != "present" for item in files):
-            return None
-        named = "\n".join(f"{item.file.name} {item.file.sha256}" for item in files)
-        return hashlib.sha256(named.encode()).hexdigest()[:16]
+        """Return a digest of the recording; ``None`` if the files are others."""
+        return project().data.digest(self.dataset)
 
     def _content(self) -> str | None:
         """Return the digest of what is stored; files of the same numbers are the same."""
@@ -256,7 +251,7 @@ class Recording(Generic[Result]):
             raise DamagedFile(f"{error}; {self._anew()}") from error
 
     def _anew(self) -> str:
-        return f"store it anew with `robot-perception store --only {self.store}`"
+        return f"store it anew with {project().storing('--only', self.store)}"
 
     def _file(self) -> Path:
         return records() / f"{self.store}.npz"

@@ -1,6 +1,6 @@
 """Results that are computed once: in this process, and on this computer.
 
-What took longer than half a second is kept in the folder of downloads, below ``computed``, and may
+What took longer than half a second is kept in the cache of the project, below ``computed``, and may
 be deleted at any time. Its name is a hash of all it depends on: the code of the function and all
 that it imports, the libraries, and the arguments. So a stale result is never read. Two processes
 that need the same at the same time compute it once: the second waits for the first.
@@ -24,15 +24,15 @@ from functools import lru_cache, wraps
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
-from robot_perception.checks import shown
-from robot_perception.datasets.store import cache_directory
+from studies.checks import shown
 from studies.files import A_DAY, LOST, DamagedFile, clear, reading
+from studies.keys.cells import LIVE, code_of, in_cells
+from studies.keys.dependencies import code_digest, known_packages
+from studies.keys.versions import installed
+from studies.project import project
 from studies.stored import storage
-from studies.keys.cells import BOOK, LIVE, code_of
-from studies.keys.dependencies import PACKAGES, code_digest
 from studies.stored.locks import LOCKS, alone, say
 from studies.stored.structures import Packed, packed, unpacked
-from studies.keys.versions import installed
 
 P = ParamSpec("P")
 Result = TypeVar("Result")
@@ -99,7 +99,7 @@ def _from_disk(
         digest.update(f"{library} {number}\n".encode())
     digest.update(f"{own.__qualname__} {arguments!r}".encode())
     name = re.sub(r"\W", "_", own.__name__)
-    file = cache_directory() / COMPUTED / f"{name}-{digest.hexdigest()[:20]}.npz"
+    file = project().cache() / COMPUTED / f"{name}-{digest.hexdigest()[:20]}.npz"
     found = _read(file)
     if found is not None:
         return found[0]
@@ -120,9 +120,9 @@ def _from_disk(
 def _code(function: Callable[..., Any]) -> str | None:
     """Hash what a function depends on; ``None`` if that is not known."""
     module = function.__module__
-    if module == LIVE or module.startswith(BOOK):
+    if in_cells(module):
         return code_of(function)
-    if module.partition(".")[0] not in PACKAGES:
+    if module.partition(".")[0] not in known_packages():
         return None
     return code_digest(f"{module}:{function.__qualname__.partition('.')[0]}")
 
@@ -187,7 +187,7 @@ def prune() -> Pruned:
     What earlier versions have kept and locks that nobody holds go a day after their last use; so
     does what downloads that were killed have left.
     """
-    for folder in cache_directory().glob("*/"):
+    for folder in project().cache().glob("*/"):
         clear(folder)
     now, kept, removed = time.time(), [], []
     for file in _cached():
@@ -218,6 +218,6 @@ def _prune_once() -> None:
 def _cached() -> Iterator[Path]:
     """Yield the files of the cache that are no recordings."""
     for name in (COMPUTED, TRIALS, TRIALS_ANEW, LOCKS):
-        folder = cache_directory() / name
+        folder = project().cache() / name
         with suppress(FileNotFoundError, NotADirectoryError):
             yield from (file for file in folder.iterdir() if file.is_file())

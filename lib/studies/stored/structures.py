@@ -1,8 +1,8 @@
 """Values of any make as one text and a few arrays: what is recorded, and what is kept.
 
 The text, in JSON, says how a value is made of tuples, lists, mappings, dataclasses, named tuples
-and enumerations of the book's packages or of a notebook, and where its numbers lie in one array for
-each type. Pictures may be WebP without loss. Reading makes the same value again, of the same types,
+and enumerations of the project's packages or of a notebook, and where its numbers lie in one array
+for each type. Pictures may be WebP without loss. Reading makes the same value again, of the same types,
 and runs nothing but the types' own checks.
 """
 
@@ -18,7 +18,7 @@ import numpy as np
 from PIL import Image
 
 from studies.keys.cells import LIVE
-from studies.keys.dependencies import PACKAGES
+from studies.keys.dependencies import known_packages
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -202,8 +202,8 @@ def _object(kind: type, parts: Mapping[str, Any]) -> Any:
 
 def _class(module: str, name: str, base: type | None = None) -> Any:
     """Return a dataclass or named tuple, or a type of some base; nothing else is ever called."""
-    if module.partition(".")[0] not in (*PACKAGES, LIVE):
-        raise ValueError(f"{module} is none of the book's packages")
+    if module.partition(".")[0] not in (*known_packages(), LIVE):
+        raise ValueError(f"{module} is none of the packages")
     kind = import_module(module)
     for part in name.split("."):
         kind = getattr(kind, part)
@@ -224,7 +224,7 @@ def _named(kind: type) -> tuple[str, str]:
         If it is of another package, or made inside a function.
     """
     module, name = kind.__module__, kind.__qualname__
-    if module.partition(".")[0] not in (*PACKAGES, LIVE) or "<locals>" in name:
+    if module.partition(".")[0] not in (*known_packages(), LIVE) or "<locals>" in name:
         raise TypeError(f"cannot be stored: {module}.{name}")
     return module, name
 

@@ -14,9 +14,9 @@ from hypothesis.extra.numpy import arrays
 from robot_perception.appearance.colour_histograms import intersection, intersection_of_shares
 from robot_perception.book import exchanged_parts as page
 from robot_perception.companion.cues import bhattacharyya
-from studies.intervals import exact
 from robot_perception.people.aggregation import AggregationRules
 from robot_perception.people.tracker import PeopleTracker
+from studies.intervals import exact
 from studies.rows import Rows
 
 HEAD = arrays(float, 6, elements=st.integers(0, 40).map(float)).filter(lambda M: M.sum() > 0)

@@ -5,11 +5,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from explorables.figures import figure
+from explorables.figures.style import MEANING, image_axes
 from robot_perception.book.sift_association import MODELS, RAW, Rooms, expected_distance
 from robot_perception.chapters.sift_association import figures as draw
 from studies.intervals import Interval
-from explorables.figures import figure
-from explorables.figures.style import MEANING, image_axes
 from studies.tables import Table
 from tests.chapters.findings import limits
 

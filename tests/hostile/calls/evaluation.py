@@ -3,9 +3,9 @@
 import numpy as np
 
 from robot_perception.evaluation import consistency, spatial, trajectories
+from robot_perception.geometry import se3
 from studies import intervals
 from studies.sweep import sweep
-from robot_perception.geometry import se3
 from tests.hostile.sweep import call
 
 RNG = np.random.default_rng(0)

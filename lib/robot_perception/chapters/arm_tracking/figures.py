@@ -7,14 +7,14 @@ from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from robot_perception.chapters.arm_likelihoods.figures import outline
-from robot_perception.chapters.arm_tracking import views
-from robot_perception.chapters.arm_tracking.tracking import HELD
-from studies.intervals import Interval
 from explorables.figures import drawn, figure
 from explorables.figures.charts import bars, curve
 from explorables.figures.maps import picture
 from explorables.figures.style import MEANING
+from robot_perception.chapters.arm_likelihoods.figures import outline
+from robot_perception.chapters.arm_tracking import views
+from robot_perception.chapters.arm_tracking.tracking import HELD
+from studies.intervals import Interval
 from studies.tables import Table
 
 _PHOTO = {"left": 0.01, "right": 0.99, "bottom": 0.01, "top": 0.99}

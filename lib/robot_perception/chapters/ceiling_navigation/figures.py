@@ -11,11 +11,11 @@ import numpy as np
 from jaxtyping import Float
 from matplotlib.axes import Axes
 
-from robot_perception.chapters.ceiling_navigation.scene import HALF, Plan
-from robot_perception.geometry import se2
 from explorables.figures import drawn
 from explorables.figures.charts import bars
 from explorables.figures.style import MEANING, label
+from robot_perception.chapters.ceiling_navigation.scene import HALF, Plan
+from robot_perception.geometry import se2
 from studies.tables import Table
 
 _BARE = {"left": 0.01, "right": 0.99, "bottom": 0.02, "top": 0.88, "wspace": 0.05}

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from robot_perception.evaluation.consistency import average_bounds
 from explorables.figures import drawn
 from explorables.figures.maps import dots, lines, plan
 from explorables.figures.style import MEANING, AxesRow, band, ellipses, label
+from robot_perception.evaluation.consistency import average_bounds
 from studies.tables import Table
 
 Found = Any

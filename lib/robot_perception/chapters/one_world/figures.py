@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from robot_perception.gating import chi_squared_quantile
 from explorables.figures import drawn
 from explorables.figures.maps import dots
 from explorables.figures.style import MEANING, AxesRow, band, ellipses, label
+from robot_perception.gating import chi_squared_quantile
 from studies.rows import Rows
 from studies.tables import Table
 

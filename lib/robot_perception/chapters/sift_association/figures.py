@@ -7,11 +7,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from robot_perception.chapters.sift_association.recordings import Chosen, Pair
-from studies.intervals import Interval
 from explorables.figures import drawn
 from explorables.figures.charts import curve
 from explorables.figures.style import MEANING, ImageAxes, image_axes, label
+from robot_perception.chapters.sift_association.recordings import Chosen, Pair
+from studies.intervals import Interval
 from studies.tables import Table
 
 

@@ -9,12 +9,12 @@ from types import SimpleNamespace
 import numpy as np
 from matplotlib.axes import Axes
 
-from robot_perception.companion.faces.eigenfaces import Eigenfaces
-from studies.intervals import Interval
 from explorables.figures import drawn
 from explorables.figures.charts import curve
 from explorables.figures.maps import picture, square
 from explorables.figures.style import MEANING
+from robot_perception.companion.faces.eigenfaces import Eigenfaces
+from studies.intervals import Interval
 
 _PHOTO = {"left": 0.01, "right": 0.99, "bottom": 0.01, "top": 0.99}
 

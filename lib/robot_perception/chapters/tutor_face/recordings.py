@@ -17,8 +17,8 @@ from robot_perception.companion.boxes import crop, overlap
 from robot_perception.companion.faces.detection import FaceDetector
 from robot_perception.companion.faces.eigenfaces import enrol
 from robot_perception.datasets import read_image
-from studies.intervals import proportion
 from studies.files import DamagedFile
+from studies.intervals import proportion
 from studies.stored.recordings import Recording
 from studies.tables import Table
 

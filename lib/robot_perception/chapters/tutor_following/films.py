@@ -6,11 +6,11 @@ from types import SimpleNamespace
 import numpy as np
 from matplotlib.figure import Figure
 
-from robot_perception.chapters.tutor_following import figures as draw
 from explorables.figures import figure
 from explorables.figures.films import film
 from explorables.figures.style import MEANING
 from explorables.media import Shown
+from robot_perception.chapters.tutor_following import figures as draw
 
 FPS = 6.0
 EVERY = 3

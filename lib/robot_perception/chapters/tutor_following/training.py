@@ -15,8 +15,8 @@ import numpy as np
 from robot_perception.companion.hands.cascade import Cascade, StageReport
 from robot_perception.datasets import picture_files, read_image, read_video
 from studies.files import DamagedFile, reading
-from studies.stored.plain import write_json
 from studies.records import records
+from studies.stored.plain import write_json
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -19,9 +19,10 @@ from socket import socket
 from types import ModuleType
 from typing import Any
 
-from studies.keys.cells import BOOK, folder, run
+from robot_perception.project import BOOK
 from robot_perception.teaching.course.copies import without_sheet
 from robot_perception.teaching.course.messages import BrokenLine, Line, told
+from studies.keys.cells import folder, run
 
 LONGEST = 100_000
 """Bytes of a message from an answer."""

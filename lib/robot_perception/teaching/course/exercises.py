@@ -7,9 +7,10 @@ from html import escape
 
 import numpy as np
 
-from robot_perception.checks import shown
 from explorables.media import Shown
 from explorables.outputs import output
+from robot_perception.checks import shown
+from robot_perception.teaching import FRONT_END
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,4 +91,4 @@ class Sheet(dict[str, Exercise]):
         outcome, words = self[key].judge(answer)
         style = outcome.replace(" ", "-")
         html = f'<p class="rp-check rp-check--{style}" role="status">{escape(words)}</p>'
-        return output(html, f"{key}: {outcome}. {words}", "check.css")
+        return output(html, f"{key}: {outcome}. {words}", FRONT_END / "check.css")

@@ -1,8 +1,8 @@
 """Answers of students in batch: their own cells, run apart from each other, with a limit of time.
 
 An answer is the cell that hands it to ``check``. It is run with the names of the book's own study
-cells, not of the student's, in a process of its own for each notebook (`teaching.course.answering`), where
-no sheet is. What it hands over comes here as JSON and is judged here; of a function the judge's
+cells, not of the student's, in a process of its own for each notebook
+(`teaching.course.answering`), where no sheet is. What it hands over comes here as JSON and is judged here; of a function the judge's
 arguments go there, and what it returns comes back. What an answer does there it does with the
 rights of whoever grades: whom you do not trust, grade in a container.
 """
@@ -19,12 +19,13 @@ from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 
-from studies.files import DamagedFile, reading
+from robot_perception.project import BOOK
 from robot_perception.teaching.course import answering
-from studies.keys.cells import BOOK, folder
 from robot_perception.teaching.course.copies import Asked, asked, text
 from robot_perception.teaching.course.exercises import Exercise, Sheet
 from robot_perception.teaching.course.messages import NO_VALUE, BrokenLine, Line, told
+from studies.files import DamagedFile, reading
+from studies.keys.cells import folder
 
 RIGHT, WRONG, MISSING, ERROR, TOO_LONG = "right", "wrong", "missing", "error", "too long"
 START_S = 300.0

@@ -13,13 +13,14 @@ from pathlib import Path
 
 from docutils.nodes import make_id
 
-from studies.files import reading
-from studies.keys.cells import folder
-from robot_perception.teaching.pages.contents import EXERCISE, Contents, Page, read
-from robot_perception.teaching.course.copies import Asked, asked, counted
 from explorables.media import Shown, html_table, with_mathematics
 from explorables.outputs import output
+from robot_perception.teaching import FRONT_END
+from robot_perception.teaching.course.copies import Asked, asked, counted
+from robot_perception.teaching.pages.contents import EXERCISE, Contents, Page, read
 from robot_perception.teaching.pages.paths import linked, named
+from studies.files import reading
+from studies.keys.cells import folder
 from studies.records import records
 
 COURSE = "course.toml"
@@ -169,7 +170,7 @@ def week(number: int, contents: Contents | None = None) -> Shown:
     facts.append((f"{sum(one.minutes.values())} minutes", "; ".join(spent)))
     html = "".join(f"<dt>{label}</dt><dd>{text}</dd>" for label, text in facts)
     plain = "\n".join(f"{label}: {unescape(_TAG.sub('', text))}" for label, text in facts)
-    return output(f'<dl class="rp-week">{html}</dl>', plain, "words.css")
+    return output(f'<dl class="rp-week">{html}</dl>', plain, FRONT_END / "words.css")
 
 
 def inline(text: str) -> str:

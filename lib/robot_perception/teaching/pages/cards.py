@@ -6,13 +6,13 @@ from html import escape
 
 from matplotlib.figure import Figure
 
-from robot_perception.teaching.scores.badges import recorded
-from robot_perception.teaching.pages.contents import Contents, Page
 from explorables.figures.output import check_alt
 from explorables.figures.svg import to_svg
-from studies.ledger import Ledger
 from explorables.media import Shown
+from robot_perception.teaching.pages.contents import Contents, Page
+from robot_perception.teaching.scores.badges import recorded
 from robot_perception.teaching.scores.papers import PAPERS
+from studies.ledger import Ledger
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -7,10 +7,10 @@ from html import escape
 
 from matplotlib.patches import Arc
 
-from robot_perception.teaching.pages.contents import Contents
 from explorables.figures import MEANING, figure, to_svg
 from explorables.media import Shown, html_table
 from explorables.outputs import output
+from robot_perception.teaching.pages.contents import Contents
 
 ROW = 0.24
 """Height of a line of the graph, inches."""

@@ -9,11 +9,12 @@ from pygments import highlight
 from pygments.formatters import HtmlFormatter
 from pygments.lexers import PythonLexer
 
-from robot_perception.checks import shown
 from explorables.figures.output import on_page
-from robot_perception.teaching.pages.listings import reduced, validates
 from explorables.media import Shown
 from explorables.outputs import output
+from robot_perception.checks import shown
+from robot_perception.teaching import FRONT_END
+from robot_perception.teaching.pages.listings import reduced, validates
 from robot_perception.teaching.pages.source_pages import address
 
 
@@ -53,4 +54,4 @@ def show_source(function: Callable | type) -> Shown:
     body = highlight(code, PythonLexer(), HtmlFormatter(cssclass="highlight"))
     html = f'<div class="rp-source"><p class="rp-source-place">{link}{left_out}</p>{body}</div>'
     text = f"# {name} in {Path(place).as_posix()}{left_out}\n{code}"
-    return output(html, text, "listing.css")
+    return output(html, text, FRONT_END / "listing.css")

@@ -12,7 +12,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from studies.keys.cells import BOOK, study_cells
+from robot_perception.project import BOOK
+from studies.keys.cells import study_cells
 
 FOLDER = "_modules"
 TEMPLATE = "page.html"
@@ -31,7 +32,7 @@ def modules(root: Path) -> dict[str, Path]:
         for page in sorted((root / "book").glob("*.ipynb"))
         if study_cells(page)
     }
-    files = [(file, library) for file in sorted((library / "robot_perception").rglob("*.py"))]
+    files = [(file, library) for file in sorted(library.rglob("*.py"))]
     files += [(file, root) for file in sorted(tests.rglob("test_claims.py"))]
     return {_module(file.relative_to(above)): file for file, above in files} | notebooks
 

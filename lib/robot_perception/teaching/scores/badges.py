@@ -3,15 +3,16 @@
 from functools import lru_cache
 from html import escape
 
-from studies.intervals import Interval
-from studies.ledger import Entry, Ledger, verdicts
 from explorables.media import Shown, html_table
 from explorables.outputs import output
+from robot_perception.teaching import FRONT_END
 from robot_perception.teaching.scores.papers import paper
+from studies.intervals import Interval
+from studies.ledger import Entry, Ledger, verdicts
 from studies.records import records
 from studies.verdicts import Basis, Verdict
 
-SHEETS = ("badge.css", "table.css")
+SHEETS = (FRONT_END / "badge.css", "table.css")
 """What badges and tables look like. Tables of results bring no sheet: tests compare their HTML."""
 
 EXPLAINED = {

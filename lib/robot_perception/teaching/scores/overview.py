@@ -4,12 +4,12 @@ import tomllib
 from collections.abc import Mapping
 from html import escape
 
-from studies.files import reading
-from robot_perception.teaching.scores.badges import EXPLAINED, SHEETS, recorded, style
-from studies.ledger import Ledger, verdicts
 from explorables.media import Shown, html_table
 from explorables.outputs import output
+from robot_perception.teaching.scores.badges import EXPLAINED, SHEETS, recorded, style
 from robot_perception.teaching.scores.papers import PAPERS
+from studies.files import reading
+from studies.ledger import Ledger, verdicts
 from studies.records import records
 
 HEAD = ("Paper", "Rebuilt in", "Verdicts")

@@ -12,11 +12,11 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from explorables.figures.style import BLUE, FAINT, INK, MUTED, ORANGE, RED, figure
+from explorables.media import Shown, html_table
 from robot_perception.checks import one_of
 from studies.files import reading, written
 from studies.keys.dependencies import hashed
-from explorables.figures.style import BLUE, FAINT, INK, MUTED, ORANGE, RED, figure
-from explorables.media import Shown, html_table
 from studies.records import records
 from studies.tables import Table
 

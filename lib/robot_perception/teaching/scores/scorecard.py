@@ -7,7 +7,10 @@ from html import escape
 from pathlib import Path
 from string import Formatter
 
-from studies import registration
+from explorables.figures.output import on_page
+from explorables.media import Shown, html_table
+from explorables.outputs import output
+from robot_perception.teaching.pages.source_pages import address
 from robot_perception.teaching.scores.badges import (
     EXPLAINED,
     SHEETS,
@@ -18,15 +21,12 @@ from robot_perception.teaching.scores.badges import (
     recorded,
     style,
 )
-from studies.claims import Claim
-from explorables.figures.output import on_page
-from studies.ledger import Entry, Ledger, Sabotaged, Withdrawn, verdicts
-from explorables.media import Shown, html_table
-from explorables.outputs import output
 from robot_perception.teaching.scores.papers import PAPERS, paper
 from robot_perception.teaching.words.prose import tell
+from studies import registration
+from studies.claims import Claim
+from studies.ledger import Entry, Ledger, Sabotaged, Withdrawn, verdicts
 from studies.sentences import with_interval
-from robot_perception.teaching.pages.source_pages import address
 from studies.verdicts import Accepted, Basis, Origin
 
 TESTS, TEST = "tests.book.test_claims", "test_the_record_says_what_the_rows_say"

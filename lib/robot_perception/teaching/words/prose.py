@@ -1,13 +1,10 @@
 """Numbers in prose, computed where they stand."""
 
-import re
 from collections.abc import Mapping
 from string import Formatter
 
 from explorables.media import Shown
-
-_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-_POWER = re.compile(r"e([+-]\d+)")
+from studies.numbers import typeset
 
 
 class _Typeset(Formatter):
@@ -26,14 +23,6 @@ class _Typeset(Formatter):
     def format_field(self, value: object, spec: str) -> str:
         text = super().format_field(value, spec)
         return typeset(text) if hasattr(value, "__float__") else text
-
-
-def typeset(number: str) -> str:
-    """Write a number that Python has formatted as print does."""
-    text = number if re.search("[1-9]", number) else number.replace("-", "")
-    text = _POWER.sub(lambda m: f" × 10{str(int(m[1])).translate(_RAISED)}", text)
-    text = text.replace(",", "\N{NARROW NO-BREAK SPACE}")
-    return text.replace("-", "−").replace("%", "\N{NO-BREAK SPACE}%")
 
 
 def tell(text: str, **numbers: object) -> Shown:

@@ -14,11 +14,12 @@ from pathlib import Path
 
 from docutils.nodes import make_id
 
-from studies.files import reading
-from robot_perception.teaching.pages.contents import Contents, Page
 from explorables.media import Shown, with_mathematics
 from explorables.outputs import output
+from robot_perception.teaching import FRONT_END
+from robot_perception.teaching.pages.contents import Contents, Page
 from robot_perception.teaching.scores.papers import PAPERS
+from studies.files import reading
 from studies.records import records
 
 TERMS = "terms.toml"
@@ -26,6 +27,8 @@ TERMS = "terms.toml"
 PAGE = "words"
 """Stem of the page that lists them."""
 LIBRARY = "robot_perception"
+OTHERS = ("explorables", "studies")
+"""Packages beside it, by which names in them begin."""
 OWN = "Use it yourself"
 """Part without chapters whose pages use words as chapters do."""
 
@@ -181,9 +184,10 @@ def called(name: str) -> object:
     match = _NAME.fullmatch(name)
     if not match:
         raise ValueError(f"no name of the library: {name!r}")
-    found: object = import_module(LIBRARY)
-    path = LIBRARY
-    for part in match["path"].split("."):
+    top, *parts = match["path"].split(".")
+    path = top if top in OTHERS else LIBRARY
+    found: object = import_module(path)
+    for part in parts if top in OTHERS else (top, *parts):
         path = f"{path}.{part}"
         fields = getattr(found, "__dataclass_fields__", {})
         if not hasattr(found, part) and part in fields:
@@ -223,7 +227,7 @@ def words(contents: Contents, terms: Sequence[Term] | None = None) -> Shown:
     html = f'<nav class="rp-letters" aria-label="First letters">{letters}</nav>'
     html += "".join(_entry(term, contents, used[term.name]) for term in terms)
     text = "\n".join(f"{term.name}: {term.plain}" for term in terms)
-    return output(f'<div class="rp-glossary">{html}</div>', text, "words.css")
+    return output(f'<div class="rp-glossary">{html}</div>', text, FRONT_END / "words.css")
 
 
 def _entry(term: Term, contents: Contents, used: Iterable[Page]) -> str:
