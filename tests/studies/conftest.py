@@ -2,7 +2,7 @@
 
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
@@ -13,12 +13,12 @@ import nbformat
 import pytest
 from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
 
-import robot_perception.book as notebooks
+import robot_perception.book as modules
 from robot_perception.datasets.store import CACHE_VARIABLE
-from studies import registration
+from robot_perception.project import BOOK
 from studies.keys import cells
-from studies.keys.cells import BOOK, LIVE
-from studies.stored import recorded_rows
+from studies.keys.cells import LIVE
+from studies.project import project
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Book:
         """Forget a notebook as it was."""
         cells._of_page.cache_clear()
         sys.modules.pop(f"{BOOK}{stem}", None)
-        vars(notebooks).pop(stem, None)
+        vars(modules).pop(stem, None)
 
 
 @pytest.fixture
@@ -62,10 +62,8 @@ def book(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Book]:
     """An empty book."""
     made = Book(tmp_path / "book")
     (made.folder / "_data").mkdir(parents=True)
-    for module in (cells, notebooks):
-        monkeypatch.setattr(module, "folder", lambda: made.folder)
-    for module in (recorded_rows, registration):
-        monkeypatch.setattr(module, "records", lambda: made.folder / "_data")
+    own = replace(project(), notebooks=lambda: made.folder, records=lambda: made.folder / "_data")
+    monkeypatch.setattr("studies.project._used", [own])
     monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path / "cache"))
     yield made
     for page in made.folder.glob("*.ipynb"):

@@ -9,9 +9,10 @@ import pytest
 from IPython.core.compilerop import CachingCompiler
 
 from robot_perception.book import covariance_intersection
+from robot_perception.project import BOOK
 from studies.files import DamagedFile
 from studies.keys import cells, dependencies
-from studies.keys.cells import BOOK, LIVE, code_of, study_cells, tried_on
+from studies.keys.cells import LIVE, code_of, study_cells, tried_on
 
 SETUP = """import numpy as np
 from math import floor, sin as wave

@@ -1,23 +1,41 @@
 """What the results on a page depend on, in a small house with three pages."""
 
 import json
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import nbformat
 import pytest
 
 from robot_perception.chapters import CHAPTERS
+from robot_perception.project import ROOT
 from studies.files import DamagedFile
 from studies.keys import dependencies
 from studies.keys.dependencies import (
     IRRELEVANT,
-    PACKAGES,
-    ROOT,
     Dependencies,
     Imports,
     code_digest,
+    known_packages,
     said_in,
 )
+from studies.project import NoData, project
+
+
+@dataclass(frozen=True)
+class Recordings(NoData):
+    """Two data sets, one of which may be here."""
+
+    here: str = ""
+
+    def names(self) -> tuple[str, ...]:
+        """Return both names."""
+        return "park", "attic"
+
+    def find(self, name: str) -> Path | None:
+        """Return a folder of the one that is here."""
+        return Path() if name == self.here else None
+
 
 HOUSE = {
     "house/__init__.py": "",
@@ -69,9 +87,13 @@ def house(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         )
     record(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr(dependencies, "registry", lambda: ["park", "attic"])
-    monkeypatch.setattr(dependencies, "find", lambda name: None)
+    of(monkeypatch, data=Recordings())
     return tmp_path
+
+
+def of(monkeypatch: pytest.MonkeyPatch, **changes: object) -> None:
+    """Let studies belong to a project that is another one in something."""
+    monkeypatch.setattr("studies.project._used", [replace(project(), **changes)])
 
 
 def write(path: Path, text: str) -> None:
@@ -179,7 +201,7 @@ def test_a_claim_recorded_anew_expires_its_chapter(house: Path, claim: str, page
 def test_rows_and_what_a_notebook_names_expire_who_runs_its_cells(
     house: Path, monkeypatch: pytest.MonkeyPatch, name: str, pages: set[str]
 ):
-    monkeypatch.setattr(dependencies, "CHAPTERS", "house.rooms.unused")
+    of(monkeypatch, reading_notebooks="house.rooms.unused")
     cells = {
         "walls": 'from house.rooms import slam\nchapter = "walls"\nkept("sketch")',
         "borrows": "from robot_perception.book.walls import chapter",
@@ -200,7 +222,7 @@ def test_a_recording_that_arrives_expires_who_names_it(
     house: Path, monkeypatch: pytest.MonkeyPatch, name: str, pages: set[str]
 ):
     before = keys(house)
-    monkeypatch.setattr(dependencies, "find", lambda asked: house if asked == name else None)
+    of(monkeypatch, data=Recordings(name))
     assert expired(before, house) == pages
 
 
@@ -423,7 +445,7 @@ def test_a_ledger_that_is_damaged_is_named(house):
 
 def test_no_table_lies_beside_the_code_that_no_digest_would_see():
     """The registry says where recordings are; whoever reads one names its hash."""
-    folders = (Path(Imports().files[name]).parent for name in PACKAGES)
+    folders = (Path(Imports().files[name]).parent for name in known_packages())
     files = (file for folder in folders for file in folder.rglob("*") if file.is_file())
     tables = {f.name for f in files if f.suffix != ".py" and IRRELEVANT.isdisjoint(f.parts)}
     assert tables == {"registry.txt", "sets.toml"}

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from robot_perception.datasets.store import CACHE_VARIABLE
+from studies.keys.dependencies import known_packages
 from studies.stored import results, structures
 from studies.stored.results import kept
 
@@ -40,7 +41,9 @@ class Kind(Enum):
 def folder(tmp_path, monkeypatch):
     monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path))
     monkeypatch.setattr(results, "WORTH_KEEPING", 0.0)
-    monkeypatch.setattr(structures, "PACKAGES", (*structures.PACKAGES, __name__))
+    known = (*known_packages(), __name__)
+    for module in (results, structures):
+        monkeypatch.setattr(module, "known_packages", lambda: known)
     return tmp_path / "computed"
 
 

@@ -4,6 +4,7 @@ import os
 
 import pytest
 
+from robot_perception.project import ROOT
 from robot_perception.teaching.pages import source_pages
 from robot_perception.teaching.pages.source_pages import (
     address,
@@ -12,7 +13,6 @@ from robot_perception.teaching.pages.source_pages import (
     pages,
     with_targets,
 )
-from studies.keys.dependencies import ROOT
 
 CODE = '''"""Says."""
 

@@ -38,7 +38,8 @@ A package on the way there may name them too. If none is named, it may be any.
 NOT_BY_NAME = ("importlib.metadata", "importlib.resources", "importlib.util")
 """Parts of it that import nothing."""
 
-IRRELEVANT = frozenset({"__pycache__", "front_end"})  # bytecode; scripts that pages load themselves
+IRRELEVANT = frozenset({"__pycache__", "front_end", "README.md"})
+"""Bytecode; scripts that pages load themselves; what is read by people."""
 COMPUTING = ("studies.checks", "studies.files", "studies.intervals", "studies.sweep")
 """Of our own modules those on which results depend: the others show, judge and store."""
 RECORDS = "studies.records"
@@ -57,13 +58,14 @@ class Imports:
 
     def __init__(
         self,
-        packages: tuple[str, ...],
-        showing: tuple[str, ...] = (),
+        packages: tuple[str, ...] | None = None,
+        showing: tuple[str, ...] | None = None,
         folder: Path | None = None,
     ) -> None:
+        packages = known_packages() if packages is None else packages
         kept = None if folder is None else str(folder)
         self._graph = grimp.build_graph(*packages, include_external_packages=True, cache_dir=kept)
-        self._showing = (*showing, *OWN)
+        self._showing = (*(project().showing if showing is None else showing), *OWN)
         self._steps: dict[tuple[str, bool], tuple[tuple[str, bool], ...]] = {}
         self._meanings: dict[str, str] = {}
         self._defined: dict[str, Module] = {}
@@ -293,7 +295,7 @@ def _content(file: Path, changed: int) -> str:
 
 @cache
 def _imports() -> Imports:
-    return Imports(known_packages(), project().showing)
+    return Imports()
 
 
 @dataclass(frozen=True)
@@ -355,12 +357,12 @@ class Dependencies:
     ) -> None:
         self._root = root
         self._reads = cache(reads)
-        found = known_packages() if packages is None else packages
-        self.imports = Imports(found, project().showing, folder)
+        packages = known_packages() if packages is None else packages
+        self.imports = Imports(packages, folder=folder)
         self._names = {name: self._reads(file).texts for name, file in self.imports.files.items()}
         pages = filter(None, map(self._reads, (root / "book").glob("*.ipynb")))
         self._named = frozenset().union(*self._names.values(), *(page.texts for page in pages))
-        folders = (root / "book" / "_data", *(_file(name).parent for name in found))
+        folders = (root / "book" / "_data", *(_file(name).parent for name in packages))
         self.stored = {
             file: _calls(file.relative_to(folder))
             for folder in folders

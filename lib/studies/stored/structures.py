@@ -2,8 +2,8 @@
 
 The text, in JSON, says how a value is made of tuples, lists, mappings, dataclasses, named tuples
 and enumerations of the project's packages or of a notebook, and where its numbers lie in one array
-for each type. Pictures may be WebP without loss. Reading makes the same value again, of the same types,
-and runs nothing but the types' own checks.
+for each type. Pictures may be WebP without loss. Reading makes the same value again, of the same
+types, and runs nothing but the types' own checks.
 """
 
 import io

@@ -2,9 +2,10 @@
 
 An answer is the cell that hands it to ``check``. It is run with the names of the book's own study
 cells, not of the student's, in a process of its own for each notebook
-(`teaching.course.answering`), where no sheet is. What it hands over comes here as JSON and is judged here; of a function the judge's
-arguments go there, and what it returns comes back. What an answer does there it does with the
-rights of whoever grades: whom you do not trust, grade in a container.
+(`teaching.course.answering`), where no sheet is. What it hands over comes here as JSON and is
+judged here; of a function the judge's arguments go there, and what it returns comes back. What an
+answer does there it does with the rights of whoever grades: whom you do not trust, grade in a
+container.
 """
 
 import contextlib

@@ -8,8 +8,8 @@ import pytest
 from sphinx.application import Sphinx
 from sphinx.util.docutils import docutils_namespace
 
+from explorables import sphinx_extension
 from explorables.figures.output import figcaption, opening
-from robot_perception.teaching import sphinx_extension
 
 WORDS = {"one": "The first.", "two": "The second.", "three": "The third."}
 
@@ -41,7 +41,7 @@ def made(folder: Path, pages: dict[str, str]) -> tuple[dict[str, str], str]:
         if not path.exists() or path.read_text() != text:
             path.write_text(text)
     warnings = io.StringIO()
-    settings = {"extensions": "myst_parser,tests.site.test_numbers"}
+    settings = {"extensions": "myst_parser,tests.explorables.test_numbers"}
     with docutils_namespace():  # without it a second build in one process complains
         app = Sphinx(
             source, None, target, folder / "trees", "html", settings, io.StringIO(), warnings
