@@ -1,5 +1,5 @@
 """Studies: functions of one trial, rows that are recorded, claims whose verdicts follow."""
 
-from studies.project import Project, project, use
+from studies.project import Project, use
 
-__all__ = ["Project", "project", "use"]
+__all__ = ["Project", "use"]

@@ -130,7 +130,7 @@ def test_no_value_of_another_package_is_stored(value):
 
 @pytest.mark.parametrize("plan", [["object", "os", "stat_result", {}], ["member", "re", "A", "A"]])
 def test_no_class_of_another_package_is_ever_made(plan):
-    with pytest.raises(ValueError, match="is none of the book's packages"):
+    with pytest.raises(ValueError, match="is none of the packages"):
         unpacked(Packed(json.dumps(plan), {}))
 
 

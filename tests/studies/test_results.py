@@ -42,8 +42,7 @@ def folder(tmp_path, monkeypatch):
     monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path))
     monkeypatch.setattr(results, "WORTH_KEEPING", 0.0)
     known = (*known_packages(), __name__)
-    for module in (results, structures):
-        monkeypatch.setattr(module, "known_packages", lambda: known)
+    monkeypatch.setattr(structures, "known_packages", lambda: known)
     return tmp_path / "computed"
 
 
