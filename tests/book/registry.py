@@ -15,7 +15,8 @@ from pathlib import Path
 from typing import Any
 
 from robot_perception.chapters import CHAPTERS, PRIMER
-from robot_perception.teaching.cells import BOOK, study_cells
+from robot_perception.project import BOOK
+from studies.keys.cells import study_cells
 
 FOLDER = Path(__file__).parents[2] / "book"
 COMPUTING = (*PRIMER, *CHAPTERS)

@@ -10,12 +10,12 @@ from scipy import stats
 from robot_perception.beliefs import Gaussian
 from robot_perception.book import monobot as book
 from robot_perception.book.monobot import GOLDEN
-from robot_perception.evaluation import intervals
 from robot_perception.evaluation.consistency import average_bounds
-from robot_perception.evaluation.intervals import Interval
 from robot_perception.kalman import Sensor, predict
 from robot_perception.slam.monobot import motion, settled
-from robot_perception.teaching.claims import Finding
+from studies import intervals
+from studies.claims import Finding
+from studies.intervals import Interval
 
 ONE, MAP, SUM = book.READINGS.values()
 

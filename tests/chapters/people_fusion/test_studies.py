@@ -11,7 +11,7 @@ from robot_perception.book.people_fusion import AHEAD, BEHIND, EVERYWHERE, View
 from robot_perception.book.people_sensors import CHOOSE, LEARN, SENSORS, TEST, WALLED, Told
 from robot_perception.people.aggregation import Aggregator, Hypotheses, SensorRules
 from robot_perception.people.detections import Detections, polar
-from robot_perception.teaching.rows import Rows
+from studies.rows import Rows
 from tests.chapters.people_fusion.sessions import session
 from tests.chapters.people_sensors.test_studies import recording
 

@@ -7,7 +7,7 @@ import pytest
 
 from robot_perception.book import tutor_face as tutor
 from robot_perception.chapters.tutor_face import recordings
-from robot_perception.teaching.rows import Rows, framed
+from studies.rows import Rows, framed
 
 RNG = np.random.default_rng
 

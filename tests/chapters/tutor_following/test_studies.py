@@ -16,8 +16,8 @@ from robot_perception.companion.faces.link import Link, SeenFace
 from robot_perception.companion.faces.region import FaceTracker
 from robot_perception.companion.hands.cascade import Goals
 from robot_perception.companion.robot import BODY, CompanionRobot
-from robot_perception.files import DamagedFile
-from robot_perception.teaching.rows import Rows, framed
+from studies.files import DamagedFile
+from studies.rows import Rows, framed
 
 RNG = np.random.default_rng
 PERSON = np.array([[100.0, 50, 60, 100]])
