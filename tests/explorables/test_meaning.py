@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from matplotlib.colors import is_color_like
-from tests.teaching.test_figures import contrast, palette
+from tests.explorables.test_figures import contrast, palette
 
 import robot_perception
 from explorables.figures import MEANING, style

@@ -114,7 +114,7 @@ def test_a_card_leads_to_badge_function_and_test_on_the_page(ledger, monkeypatch
     monkeypatch.setenv(PAGE_VARIABLE, "1")
     bad = card(html_of(ledger), "bad")
     assert 'Shown in <a href="monobot.html#claim-bad">On a rail</a>' in bad
-    assert '<a href="_modules/tests/teaching/entries.html#compute">book/entries.py</a>' in bad
+    assert '<a href="_modules/tests/studies/entries.html#compute">book/entries.py</a>' in bad
     tests, test = "tests/book/test_claims", "test_the_record_says_what_the_rows_say"
     assert f'Tested by <a href="_modules/{tests}.html#{test}">{tests}.py</a>' in bad
 
