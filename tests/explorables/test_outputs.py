@@ -7,8 +7,8 @@ from explorables.outputs import output
 HTML = '<p><a href="scorecard.html#good">good</a> <a href="errata.html">x</a></p>'
 
 
-def made():
-    return output(HTML, "good", "badge.css").bundle
+def made(*more):
+    return output(HTML, "good", "bet.css", *more).bundle
 
 
 def test_a_page_gets_what_is_given(monkeypatch):
@@ -20,9 +20,11 @@ def test_a_notebook_gets_the_sheets_and_links_to_the_notebooks_beside_it(tmp_pat
     monkeypatch.chdir(tmp_path)
     (tmp_path / "scorecard.ipynb").touch()
     (tmp_path / "errata.md").touch()
-    html = made()["text/html"]
+    (tmp_path / "own.css").write_text(".own {}")
+    html = made(tmp_path / "own.css")["text/html"]
     assert html.startswith("<style>")
-    assert ".rp-badge {" in html
+    assert ".rp-bet" in html
+    assert ".own {}</style>" in html
     assert "--rp-ink" in html
     assert '<a href="scorecard.ipynb#good">good</a> <a href="errata.md">x</a>' in html
 
