@@ -18,6 +18,7 @@ from robot_perception.teaching.badges import (
     recorded,
     style,
 )
+from robot_perception.teaching.cells import declared_in
 from robot_perception.teaching.claims import Claim
 from robot_perception.teaching.figures.output import on_page
 from robot_perception.teaching.ledger import Entry, Ledger, Sabotaged, Withdrawn, verdicts
@@ -166,13 +167,12 @@ def _card(entry: Entry, claim: Claim, title: str) -> str:
 
 
 def _links(entry: Entry, claim: Claim, title: str) -> str:
-    """Return where a claim is shown, which function computes it, and what tests it."""
-    function = inspect.unwrap(claim.compute)
-    cell = Path(inspect.getsourcefile(function) or "").name
+    """Return where a claim is shown, which cell declares it, and what tests it."""
+    name, cell = _declared(claim)
     place = f"book/{cell.replace('[', ', cell ').rstrip(']')}"
     links = [
         ("Shown in", _page(entry.chapter, f"claim-{entry.id}"), title),
-        ("Computed by", address(function.__module__, function.__qualname__), place),
+        ("Computed by", address(claim.module, name), place),
         ("Tested by", address(TESTS, TEST), f"{TESTS.replace('.', '/')}.py"),
     ]
     items = "".join(
@@ -182,6 +182,14 @@ def _links(entry: Entry, claim: Claim, title: str) -> str:
         for what, page, text in links
     )
     return f'<ul class="rp-claim-links">{items}</ul>'
+
+
+def _declared(claim: Claim) -> tuple[str, str]:
+    """Return the name of the function that computes a claim, or its own, and the file or cell."""
+    if claim.compute is None:
+        return declared_in(claim.module, claim.id)
+    function = inspect.unwrap(claim.compute)
+    return function.__qualname__, Path(inspect.getsourcefile(function) or "").name
 
 
 def _page(stem: str, name: str = "") -> str:
