@@ -1,14 +1,16 @@
 """Claims: what a paper states, how the book tests it, and what the computation shows.
 
-A study (:mod:`.trials`) declares a claim on the function that says what its rows show. The verdict
+A study (:mod:`.trials`) declares a claim: its value is a function of rows, and so is what else it
+shows; where that takes a computation of its own, the claim stands on a function. The verdict
 follows from the finding and the accepted range (:mod:`.verdicts`), never from a label that somebody
 typed; a sabotage computes the same value where the truth of the statement is turned, and the
 verdict must turn with it. The recorded ledger (:mod:`.ledger`) is written by the command line;
 badges, scorecard and tests read it.
 """
 
+import inspect
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import ModuleType
 from typing import Any
 
@@ -84,15 +86,21 @@ class Claim:
     study
         The :class:`.trials.Trials` whose rows it reads.
     compute
-        Function of the rows that returns the finding.
+        Function of the rows, and of the value if there is one, that returns the finding; ``None``
+        where the fields below say all.
     accepted
         Range of the value inside which the statement holds, or ``None`` for a statement without a
         number, whose verdict is then ``illustrated``.
     paper_value
         The paper's value if it gives one.
     value
-        Where the rest of a finding asks for more than the rows of a sabotage have: computes the
-        value of both, which ``compute`` takes as its second argument.
+        Function of the rows, and of those of a sabotage, that returns the value.
+    evidence, tables
+        By name, functions of the rows that return numbers and tables beside it.
+    conditions
+        What decides whether it holds: each is ``judged(rows, accepted)``.
+    note
+        As in `Finding`, or a function of the rows.
     sabotages
         Studies in which the truth of the statement is turned. Where the statement itself fails,
         it is a variant in which it is true: a verdict that no computation could turn says nothing.
@@ -116,10 +124,14 @@ class Claim:
     form: Form | str
     method: str
     study: Any
-    compute: Callable[..., Finding]
+    compute: Any = None
     accepted: Accepted | None = None
     paper_value: str = ""
     value: Callable[..., Interval] | None = None
+    evidence: Mapping[str, Callable[..., Interval]] = field(default_factory=dict)
+    tables: Mapping[str, Callable[..., Table]] = field(default_factory=dict)
+    conditions: tuple[Any, ...] = ()
+    note: str | Callable[..., str] = ""
     sabotages: tuple[Any, ...] = ()
     stopping: str = STOPPING
 
@@ -131,18 +143,38 @@ class Claim:
             raise ValueError("the text of a sabotage must say what it changes")
         if self.says.count(VALUE) != 1:
             raise ValueError(f"claim {self.id!r} must say {VALUE} once, got {self.says!r}")
+        if self.compute is None and self.value is None:
+            raise ValueError(f"claim {self.id!r} needs a value, or a function that finds it")
         object.__setattr__(self, "basis", Basis(self.basis))
         object.__setattr__(self, "form", Form(self.form))
+
+    def __call__(self, compute: Callable[..., Finding]) -> "Claim":
+        """Let a function of rows and value find what else there is: the claim stands on it."""
+        return replace(self, compute=compute)
 
     @property
     def seed(self) -> int:
         """Seed of the study's generators."""
         return self.study.seed
 
+    @property
+    def module(self) -> str:
+        """Name of the module that declares it."""
+        return inspect.unwrap(self.compute or self.study.one).__module__
+
     def find(self) -> Finding:
         """Compute the claim of the rows of its study."""
         rows = self.study.rows()
-        return self.compute(rows, *([self.value(rows)] if self.value else []))
+        value = self.value(rows) if self.value else None
+        if self.compute is not None:
+            return self.compute(rows, *([value] if self.value else []))
+        return Finding(
+            value,
+            {name: one(rows) for name, one in self.evidence.items()},
+            {name: one(rows) for name, one in self.tables.items()},
+            tuple(one.judged(rows, self.accepted) for one in self.conditions),
+            self.note(rows) if callable(self.note) else self.note,
+        )
 
     def sabotaged(self, change: Any) -> Finding:
         """Compute the value of a sabotage, and nothing else."""
@@ -163,5 +195,5 @@ def claims_in(module: ModuleType) -> tuple[Claim, ...]:
     return tuple(
         value
         for value in vars(module).values()
-        if isinstance(value, Claim) and value.compute.__module__ == module.__name__
+        if isinstance(value, Claim) and value.module == module.__name__
     )

@@ -141,10 +141,11 @@ def words_of(claim: Claim) -> str:
 
 
 def measure_of(claim: Claim) -> str:
-    """Hash the code that makes a claim's value of rows."""
-    function = inspect.unwrap(claim.compute)
-    cells = definitions(sources(function.__module__) or ())
-    known = cells.said(function.__name__), cells.keyword(function.__name__, "value")
+    """Hash the code that makes a claim's value of rows, and what decides whether it holds."""
+    cells = definitions(sources(claim.module) or ())
+    function = inspect.unwrap(claim.compute) if claim.compute else None
+    decides = cells.said(function.__name__) if function else cells.keyword(claim.id, "conditions")
+    known = decides, cells.keyword(claim.id, "value")
     sabotages = [(one.study.name, one.study.changed) for one in claim.sabotages]
     return hashed(repr((claim.study.name, known, sabotages)))
 

@@ -19,7 +19,7 @@ from studies.tables import Cell, Table
 
 Levels = tuple[str, Any, Any]
 """A factor and two of its levels: the first is compared with the second."""
-Says = Callable[["Rows"], Cell] | tuple[str, ...]
+Say = Callable[["Rows"], Cell] | tuple[Any, ...]
 """What a cell of a table says of rows: a function, or a method of `Rows` and its measures."""
 
 
@@ -128,7 +128,7 @@ class Rows:
     def by(
         self,
         factor: str,
-        columns: Mapping[str, Says],
+        columns: Mapping[str, Say],
         words: Mapping[str, str] | None = None,
         about: str = "",
         corner: str | None = None,
@@ -149,7 +149,7 @@ class Rows:
         """
         said = words or {}
         cells = {
-            f"{level}": [_said(say, self.where(**{factor: level})) for say in columns.values()]
+            f"{level}": [value_of(say, self.where(**{factor: level})) for say in columns.values()]
             for level in self.levels(factor)
         }
         heads = {name: said.get(name, "") for name in columns}
@@ -159,14 +159,14 @@ class Rows:
         self,
         rows: str,
         columns: str,
-        say: Says,
+        say: Say,
         about: str = "",
         named: Callable[[Any], str] = str,
     ) -> Table:
         """Return a table of two factors: what is said of the rows at each pair of levels."""
         cells = {
             f"{one}": [
-                _said(say, self.where(**{rows: one, columns: other}))
+                value_of(say, self.where(**{rows: one, columns: other}))
                 for other in self.levels(columns)
             ]
             for one in self.levels(rows)
@@ -193,7 +193,8 @@ class Rows:
         return parts[0]._numbers(measure, {}), parts[1]._numbers(measure, {})
 
 
-def _said(say: Says, rows: Rows) -> Cell:
+def value_of(say: Say, rows: Rows) -> Cell:
+    """Return what a function, or a method and its measures, says of rows."""
     if callable(say):
         return say(rows)
     method, *measures = say

@@ -37,7 +37,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from studies.claims import STOPPING, Claim, Finding
+from studies.claims import STOPPING, Claim
 from studies.files import DamagedFile, reading, written
 from studies.keys.cells import code_of
 from studies.keys.definitions import meaning
@@ -373,8 +373,11 @@ class Trials:
         sabotage: Mapping[str, "Trials"],
         stopping: str = STOPPING,
         **words: Any,
-    ) -> Callable[[Callable[[Rows], Finding]], Claim]:
-        """Declare a claim on the function that says what rows show of it.
+    ) -> Any:
+        """Declare a claim.
+
+        Where it has no value, or more to find than its fields say, it is a decorator of the
+        function that says what rows show.
 
         Parameters
         ----------
@@ -389,12 +392,13 @@ class Trials:
             The other fields of `Claim`.
         """
         changes = tuple(Sabotage(text, study) for text, study in sabotage.items())
+        own = {"study": self, "sabotages": changes, "stopping": stopping}
+        declare = partial(Claim, id=id, chapter=self.stem, **own, **words)
+        return declare() if "value" in words else lambda found: declare(compute=found)
 
-        def declare(finding: Callable[[Rows], Finding]) -> Claim:
-            own = {"study": self, "compute": finding, "sabotages": changes, "stopping": stopping}
-            return Claim(id=id, chapter=self.stem, **own, **words)
-
-        return declare
+    def says(self, about: str = "", **measures: tuple[Any, ...]) -> Says:
+        """Say the measures of its rows, each once; see :class:`.says.Says`."""
+        return Says(self, about, **measures)
 
     def code(self) -> str | None:
         """Return the hash of the code of a trial; ``None`` if its source is not known."""

@@ -145,6 +145,7 @@ COUNTS = MappingProxyType(
         ("people_fusion", "160 draws"): "to choose rules, before anything was scored",
         ("people_fusion", "eight other sessions"): "on which rules were chosen",
         ("tutor_face", "18 faces"): "that somebody has marked in the recording",
+        ("tutor_face", "eight people"): "of the recording with light from the side",
         ("tutor_following", "seven pictures"): "the answer of that exercise",
     }
 )
@@ -198,11 +199,6 @@ def least(claim: str) -> float:
     return CLAIMS[claim]["accepted"]["low"]
 
 
-def seen(claim: str, name: str) -> float:
-    """Return the recorded estimate of a claim's evidence."""
-    return CLAIMS[claim]["evidence"][name]["estimate"]
-
-
 def constant(stem: str, name: str) -> float:
     """Return a number that a study cell binds to a name."""
     cells = (ast.parse(cell.source) for cell in code_cells(stem) if is_study(cell))
@@ -220,8 +216,8 @@ SHARES = MappingProxyType(
         ),
         ("recordings_robots", "one chance in ten thousand"): 1 - LEVEL,
         ("tutor_following", "one film in ten"): least("multi-patch"),
-        ("your_own_data", "two in three"): seen(
-            "eigenfaces", "strangers accepted, from the side, too"
+        ("your_own_data", "two in three"): cell(
+            "eigenfaces", "lights", "from the side, too", "strangers"
         ),
     }
 )

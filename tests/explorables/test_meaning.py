@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 from matplotlib.colors import is_color_like
-from tests.explorables.test_figures import contrast, palette
 
 import robot_perception
 from explorables.figures import MEANING, style
+from tests.explorables.test_figures import contrast, palette
 
 ROOT = Path(robot_perception.__file__).parent
 DRAWN = [*sorted((ROOT / "chapters").rglob("*.py")), ROOT / "explorables/figures/maps.py"]

@@ -6,6 +6,8 @@ import pytest
 
 from studies.claims import Claim, Finding, claims_in
 from studies.intervals import Interval, exact
+from studies.says import When
+from studies.tables import Table
 from studies.verdicts import Accepted, Condition, Verdict
 from tests.studies.entries import WORDS, study
 
@@ -79,6 +81,33 @@ def test_a_value_of_its_own_serves_where_a_sabotage_has_less_to_say():
     some = declare(more, value=exact, sabotage={"a gain of three": study(3.0)})
     assert some.find() == Finding(exact(1.5), {"twice": exact(3.0)})
     assert some.sabotaged(some.sabotages[0]) == Finding(exact(3.0))
+
+
+def plain(**fields):
+    """Return a claim without a function of its own."""
+    return study(1.5).claim("plain", **(WORDS | {"sabotage": {}, "value": exact} | fields))
+
+
+def test_a_claim_without_a_function_is_found_by_its_fields():
+    table = Table({"a": [1.0]}, {"b": ""})
+    some = plain(
+        evidence={"twice": lambda rows: exact(2 * rows)},
+        tables={"one": lambda rows: table},
+        conditions=(When("dry", outside=lambda rows: exact(2 * rows)),),
+        note=lambda rows: f"Of {rows}.",
+        sabotage={"a gain of three": study(3.0)},
+    )
+    dry = (Condition("dry", True),)
+    assert some.find() == Finding(exact(1.5), {"twice": exact(3.0)}, {"one": table}, dry, "Of 1.5.")
+    assert some.verdict(some.find()) == Verdict.CONDITIONAL
+    assert some.sabotaged(some.sabotages[0]) == Finding(exact(3.0))
+    assert plain(note="A note.").find() == Finding(exact(1.5), note="A note.")
+    assert plain().module == "tests.studies.entries"
+
+
+def test_a_claim_needs_a_value_or_a_function():
+    with pytest.raises(ValueError, match="'plain' needs a value, or a function that finds it"):
+        plain(value=None)
 
 
 def test_claims_of_a_module_are_those_declared_in_it_in_their_order():

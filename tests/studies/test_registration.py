@@ -197,6 +197,42 @@ def test_the_measure_changes_with_nothing_else(book, old, new):
     assert measure_of(made(book)) == measure_of(made(book, old, new))
 
 
+PLAIN = """errors = drawn.says(
+    highest=("mean", "error", "in words"),
+    other=("mean", "error", "of others"),
+)
+some = drawn.claim("some", paper="perception-issues", place="§1", basis="mathematics",
+    statement="Something holds.", says="it is {value}", form="number",
+    method="counted", accepted=Accepted(0, 9, "theory"),
+    value=errors("highest", film=3), conditions=(When("dry", outside=highest),),
+    sabotage={"a gain of a hundred": drawn.but(gain=100.0)}, note="A note.")
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "changes"),
+    [
+        ('highest=("mean"', 'highest=("spread"', True),
+        ("film=3", "film=4", True),
+        ("outside=highest", "inside=highest", True),
+        ("LEVEL, OTHER = 1.0", "LEVEL, OTHER = 1.5", True),  # of what decides
+        ("in words", "in other words", False),
+        ('other=("mean"', 'other=("spread"', False),
+        ("gain * film", "gain + film", False),
+        ("A note.", "Another note.", False),
+        ("Something holds.", "Something fails.", False),
+    ],
+)
+def test_the_measure_of_a_plain_claim_is_its_value_and_what_decides(book, old, new, changes):
+    highest, _ = CELLS[2].split("\n\n\n", 1)
+    imports = CELLS[0].replace("import Chapter", "import Chapter\nfrom studies.says import When")
+    texts = imports, CELLS[1], highest, PLAIN
+    assert sum(text.count(old) for text in texts) == 1
+    before = measure_of(book.made(*texts).some)
+    after = measure_of(book.made(*(text.replace(old, new) for text in texts)).some)
+    assert (before != after) == changes
+
+
 WORLD = """from data_synth import laser
 
 NOISE = 0.1

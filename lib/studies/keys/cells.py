@@ -25,6 +25,8 @@ from studies.project import project
 
 STUDY = "study"
 """The tag of a cell that is a part of the chapter's module."""
+CLAIM, SAYS = "claim", "says"
+"""Methods of a study that declare a claim, and say its measures."""
 LIVE = "__main__"
 
 Source = tuple[str, str]
@@ -90,6 +92,17 @@ def tried_on(function: Callable[..., Any]) -> str | None:
     """
     found = sources(function.__module__)
     return None if found is None else definitions(found).tried(function.__qualname__)
+
+
+def declared_in(module: str, claim: str) -> tuple[str, str]:
+    """Return the name of a claim in the module of a notebook, and the cell that declares it.
+
+    Both are empty where there is none.
+    """
+    for cell, text in study_cells(folder() / f"{module.removeprefix(BOOK)}.ipynb"):
+        if name := definitions((text,)).declares(claim)[0]:
+            return name, Path(cell).name
+    return "", ""
 
 
 def sources(module: str) -> tuple[str, ...] | None:
@@ -202,17 +215,42 @@ class Definitions:
         """Hash a definition and those that it reaches in the cells, whatever these import."""
         return dependencies.hashed("\n".join(self._lines(name))) if self._has(name) else None
 
-    def keyword(self, name: str, word: str) -> str | None:
-        """Hash a keyword of a definition's decorator, and what it reaches in the cells."""
-        decorators = [
-            getattr(node, "decorator_list", ()) for node in self._statements.get(name, ())
+    def keyword(self, claim: str, word: str) -> str | None:
+        """Hash a keyword of the call that declares a claim, and what it reaches in the cells."""
+        call = self.declares(claim)[1]
+        found = [one.value for one in call.keywords if one.arg == word] if call else []
+        return self._expression(found[0]) if found else None
+
+    def declares(self, claim: str) -> tuple[str, ast.Call | None]:
+        """Return the name that a claim has in the cells, and the call that declares it."""
+        for name, statements in self._statements.items():
+            for call in (call for one in statements for call in _calls(one)):
+                if call.args and _constant(call.args[0]) == claim:
+                    return name, call
+        return "", None
+
+    def _expression(self, node: ast.AST) -> str:
+        """Hash an expression and what it reaches; of measures that a study says, these alone."""
+        nodes = [*ast.walk(node)]
+        names = {one.id for one in nodes if isinstance(one, ast.Name)}
+        reached = [self.said(one) for one in sorted(names) if not self._measures(one)]
+        measures = [
+            self._expression(say)
+            for call in nodes
+            if isinstance(call, ast.Call) and isinstance(call.func, ast.Name)
+            for name, say in self._measures(call.func.id).items()
+            if name in map(_constant, call.args)
         ]
-        for node in (node for every in decorators for one in every for node in ast.walk(one)):
-            if isinstance(node, ast.keyword) and node.arg == word:
-                names = {one.id for one in ast.walk(node.value) if isinstance(one, ast.Name)}
-                reached = [self.said(one) for one in sorted(names)]
-                return dependencies.hashed(repr((meaning(node.value), reached)))
-        return None
+        return dependencies.hashed(repr((meaning(node), reached, *measures)))
+
+    def _measures(self, name: str) -> dict[str, ast.AST]:
+        """Return the measures of a study for which a name stands: expressions without words."""
+        for one in self._statements.get(name, ()):
+            call = getattr(one, "value", None)
+            if isinstance(call, ast.Call) and getattr(call.func, "attr", "") == SAYS:
+                tuples = {f"{say.arg}": getattr(say.value, "elts", ()) for say in call.keywords}
+                return {say: ast.List([*parts[:-1]], ast.Load()) for say, parts in tuples.items()}
+        return {}
 
     def digest(self, name: str) -> str | None:
         """Hash a definition and what it depends on; ``None`` if there is no such definition."""
@@ -311,6 +349,18 @@ def _bound(statement: ast.stmt) -> set[str]:
     """Return the names that a statement of a module binds."""
     own = next(_tables(statement)).get_symbols()
     return {name.get_name() for name in own if name.is_assigned() or name.is_imported()}
+
+
+def _calls(statement: ast.stmt) -> Iterator[ast.Call]:
+    """Yield the calls that declare the claim of a statement: a decorator, or what is assigned."""
+    for node in (*getattr(statement, "decorator_list", ()), getattr(statement, "value", None)):
+        if isinstance(node, ast.Call) and getattr(node.func, "attr", "") == CLAIM:
+            yield node
+
+
+def _constant(node: ast.AST) -> Any:
+    """Return the constant that an expression is, ``None`` if it is none."""
+    return getattr(node, "value", None)
 
 
 def _added_to(statement: ast.stmt) -> str | None:

@@ -196,7 +196,6 @@ def test_a_model_is_compared_with_the_space_that_does_best():
     ]
     rows = Rows(framed(trials), "film", {})
     assert page.ahead(rows, "adapted mixture", "circles").estimate == pytest.approx(0.2)
-    assert page.more_fixed(rows, "predicted cloud", "circles").estimate == pytest.approx(-1)
 
 
 # Another shape, and something in front

@@ -268,8 +268,9 @@ def counts():
 
 def test_shares_are_of_all_sessions_together():
     some = counts()
-    assert page.tracked(some).estimate == pytest.approx(14 / 20)
-    assert page.false(some).estimate == pytest.approx(6 / 20)
+    together = some.where(who="together", view="everywhere")
+    assert page.tracked(together).estimate == pytest.approx(14 / 20)
+    assert page.false(together).estimate == pytest.approx(6 / 20)
     assert page.misses_behind(some).estimate == pytest.approx(5 / 6)
     assert page.over(some, "without sonars", "behind").estimate == pytest.approx(
         (2 / 4 + 3 / 6) / (1 / 4 + 2 / 6)

@@ -67,7 +67,10 @@ def pages(
 
 
 def definitions(code: str) -> dict[int, str]:
-    """Return the qualified names of functions and classes by their first lines, decorators too."""
+    """Return the qualified names of functions and classes by their first lines, decorators too.
+
+    Names that are bound to a call, as claims are, have a place, too.
+    """
     return dict(_defined(ast.parse(code), ""))
 
 
@@ -78,6 +81,8 @@ def _defined(node: ast.AST, above: str) -> Iterator[tuple[int, str]]:
             yield first, f"{above}{inner.name}"
             if isinstance(inner, ast.ClassDef):
                 yield from _defined(inner, f"{above}{inner.name}.")
+        elif isinstance(inner, ast.Assign) and isinstance(inner.value, ast.Call) and not above:
+            yield from ((inner.lineno, one.id) for one in inner.targets if hasattr(one, "id"))
 
 
 def with_targets(highlighted: str, names: dict[int, str]) -> str:

@@ -25,6 +25,7 @@ from robot_perception.teaching.scores.papers import PAPERS, paper
 from robot_perception.teaching.words.prose import tell
 from studies import registration
 from studies.claims import Claim
+from studies.keys.cells import declared_in
 from studies.ledger import Entry, Ledger, Sabotaged, Withdrawn, verdicts
 from studies.sentences import with_interval
 from studies.verdicts import Accepted, Basis, Origin
@@ -182,13 +183,12 @@ def _card(entry: Entry, claim: Claim, title: str) -> str:
 
 
 def _links(entry: Entry, claim: Claim, title: str) -> str:
-    """Return where a claim is shown, which function computes it, and what tests it."""
-    function = inspect.unwrap(claim.compute)
-    cell = Path(inspect.getsourcefile(function) or "").name
+    """Return where a claim is shown, which cell declares it, and what tests it."""
+    name, cell = _declared(claim)
     place = f"book/{cell.replace('[', ', cell ').rstrip(']')}"
     links = [
         ("Shown in", _page(entry.chapter, f"claim-{entry.id}"), title),
-        ("Computed by", address(function.__module__, function.__qualname__), place),
+        ("Computed by", address(claim.module, name), place),
         ("Tested by", address(TESTS, TEST), f"{TESTS.replace('.', '/')}.py"),
     ]
     items = "".join(
@@ -198,6 +198,14 @@ def _links(entry: Entry, claim: Claim, title: str) -> str:
         for what, page, text in links
     )
     return f'<ul class="rp-claim-links">{items}</ul>'
+
+
+def _declared(claim: Claim) -> tuple[str, str]:
+    """Return the name of the function that computes a claim, or its own, and the file or cell."""
+    if claim.compute is None:
+        return declared_in(claim.module, claim.id)
+    function = inspect.unwrap(claim.compute)
+    return function.__qualname__, Path(inspect.getsourcefile(function) or "").name
 
 
 def _page(stem: str, name: str = "") -> str:

@@ -4,7 +4,11 @@ from collections.abc import Mapping
 from string import Formatter
 
 from explorables.media import Shown
+from studies.intervals import Interval
 from studies.numbers import typeset
+
+POINTS = "p"
+"""Ends the format of a difference of shares: per cent, without the sign."""
 
 
 class _Typeset(Formatter):
@@ -21,8 +25,12 @@ class _Typeset(Formatter):
             raise ValueError(f"given but not used in the text: {', '.join(unused)}")
 
     def format_field(self, value: object, spec: str) -> str:
-        text = super().format_field(value, spec)
-        return typeset(text) if hasattr(value, "__float__") else text
+        value = value() if callable(value) else value
+        number = value.estimate if isinstance(value, Interval) and spec else value
+        points = spec.endswith(POINTS)
+        text = super().format_field(number, f"{spec[:-1]}%" if points else spec)
+        text = text.removesuffix("%") if points else text
+        return typeset(text) if hasattr(number, "__float__") else text
 
 
 def tell(text: str, **numbers: object) -> Shown:
@@ -34,9 +42,11 @@ def tell(text: str, **numbers: object) -> Shown:
     Parameters
     ----------
     text
-        Markdown; ``{name}`` or ``{name:.2f}`` takes a number, ``{{`` stands for a brace.
+        Markdown; ``{name}`` or ``{name:.2f}`` takes a number, ``{{`` stands for a brace. Of shares
+        ``{name:.0%}`` is written in per cent, of their differences ``{name:.0p}`` in points.
     numbers
-        The values by name.
+        The values by name. Of an interval the estimate is told, its ends are ``{name.low:.2f}``
+        and ``{name.high:.2f}``; of a measure, what it gives.
 
     Raises
     ------
