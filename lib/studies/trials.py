@@ -45,6 +45,7 @@ from studies.keys.dependencies import hashed
 from studies.keys.versions import differing, installed
 from studies.project import project
 from studies.rows import Rows, framed
+from studies.says import Says
 from studies.stored import recorded_rows
 from studies.stored.results import TRIALS, TRIALS_ANEW, use
 from studies.sweep import sweep
