@@ -12,8 +12,9 @@ import robot_perception
 from explorables.figures import MEANING, style
 from tests.explorables.test_figures import contrast, palette
 
-ROOT = Path(robot_perception.__file__).parent
-DRAWN = [*sorted((ROOT / "chapters").rglob("*.py")), ROOT / "explorables/figures/maps.py"]
+ROOT = Path(robot_perception.__file__).parents[1]
+CHAPTERS = ROOT / "robot_perception" / "chapters"
+DRAWN = [*sorted(CHAPTERS.rglob("*.py")), ROOT / "explorables/figures/maps.py"]
 PALETTE = {
     name: value
     for name, value in vars(style).items()
