@@ -28,7 +28,7 @@ FOLDS = 8
 LEAST, MOST = 60, 240
 """So many lines of code shows a chapter, exercises apart."""
 THIRD_PARTY = {"numpy", "scipy", "pandas", "sympy", "cv2"}
-OURS = {"robot_perception", "data_synth"}
+OURS = {"robot_perception", "data_synth", "explorables", "studies"}
 NOT_OURS = re.compile(r"robot_perception\.cli\b")
 DEAR = {"rows", "run", "show", "record", "find", "found", "result", "drawn", "trial"}
 """Methods that compute; none is called while study cells are imported."""
