@@ -141,11 +141,14 @@ def test_references_without_a_number_or_beyond_the_list_are_found():
 
 COUNTS = MappingProxyType(
     {
+        ("covariance_intersection", "twenty thousand random pairs"): "the `pairs` of that study",
+        ("monobot", "Forty thousand runs"): "the `runs` of that study",
         ("monobot", "two thousand runs"): "what a reader is told to try",
         ("people_fusion", "160 draws"): "to choose rules, before anything was scored",
         ("people_fusion", "eight other sessions"): "on which rules were chosen",
         ("tutor_face", "18 faces"): "that somebody has marked in the recording",
         ("tutor_face", "eight people"): "of the recording with light from the side",
+        ("tutor_following", "25 pictures"): "given in that exercise",
         ("tutor_following", "seven pictures"): "the answer of that exercise",
     }
 )
