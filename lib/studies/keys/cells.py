@@ -99,7 +99,7 @@ def declared_in(module: str, claim: str) -> tuple[str, str]:
 
     Both are empty where there is none.
     """
-    for cell, text in study_cells(folder() / f"{module.removeprefix(BOOK)}.ipynb"):
+    for cell, text in study_cells(folder() / f"{module.removeprefix(project().modules)}.ipynb"):
         if name := definitions((text,)).declares(claim)[0]:
             return name, Path(cell).name
     return "", ""
