@@ -134,7 +134,8 @@ def test_photographs_among_drawings_keep_their_colours_where_they_stand():
     text = markup(drawn())
     assert regions(text) == pytest.approx(np.array([[0.1, 0.5, 0.4, 0.25]]), abs=1e-3)
     name = re.search(r'<filter id="(.*?)"', text)[1]
-    assert f"--rp-shade: url(#{name})" in text
+    assert f"filter: url(#{name});" in text
+    assert f'class="rp-canvas rp-shaded {name}"' in text
     matrix = np.array(re.search(r'values="(.*?)"', text)[1].split(), dtype=float).reshape(4, 5)
     assert matrix @ [1, 1, 1, 1, 1] == pytest.approx([0.08, 0.08, 0.08, 1], abs=1e-3)  # white
     assert matrix @ [0, 0, 0, 1, 1] == pytest.approx([0.92, 0.92, 0.92, 1], abs=1e-3)

@@ -189,7 +189,7 @@ def _markup(
         canvas += " rp-drawing"
     elif photographs:
         shade = _shade(f"shade-{key}", photographs.values())
-        canvas, style = f"{canvas} rp-shaded", f"{style}; --rp-shade: url(#shade-{key})"
+        canvas += f" rp-shaded shade-{key}"
     states = base64.b64encode(data).decode()
     script = "" if on_page() else f"<script>{front_end('film.js')}</script>"
     return (
@@ -206,7 +206,8 @@ def _shade(name: str, boxes: Iterable[np.ndarray]) -> str:
     """Write a filter that turns a frame dark but for its photographs.
 
     It is the style sheet's ``invert(0.92) hue-rotate(180deg)`` in one matrix; a part of the source
-    is cut out by the region of a filter that does nothing.
+    is cut out by the region of a filter that does nothing. The rule stands in the page, since a
+    style sheet would look for the filter in its own file.
     """
     parts = [
         f'<feOffset in="SourceGraphic" result="p{k}" x="{x:.4f}" y="{y:.4f}" '
@@ -214,7 +215,10 @@ def _shade(name: str, boxes: Iterable[np.ndarray]) -> str:
         for k, (x, y, right, bottom) in enumerate(boxes)
     ]
     nodes = "".join(f'<feMergeNode in="p{k}"/>' for k in range(len(parts)))
+    dark = 'html[data-theme="dark"]', 'body[data-jp-theme-light="false"]'
+    rule = ", ".join(f"{page} .{name} :is(canvas, .rp-key img)" for page in dark)
     return (
+        f"<style>@media screen {{ {rule} {{ filter: url(#{name}); }} }}</style>"
         '<svg class="rp-filter" width="0" height="0" aria-hidden="true">'
         f'<filter id="{name}" x="0" y="0" width="1" height="1" primitiveUnits="objectBoundingBox" '
         'color-interpolation-filters="sRGB">'
