@@ -38,7 +38,7 @@ setup: .venv/.book ## install the book and its tests into .venv
 	@touch $@
 
 book: .venv/.book ## build the site into build/_build/html; warnings are errors
-	ROBOT_PERCEPTION_WORKERS=$(JOBS) $(BIN)/jupyter-book build book --config _config.yml --path-output build -W --keep-going
+	STUDIES_WORKERS=$(JOBS) $(BIN)/jupyter-book build book --config _config.yml --path-output build -W --keep-going
 	@echo "The book is at $(SITE)/index.html"
 
 lint: .venv/.book ## ruff on code and notebooks, import contract

@@ -21,7 +21,7 @@ from tests.site.counts import COUNTS
 settings.register_profile("book", settings(), deadline=None, derandomize=not WHOLE)
 settings.load_profile("book")
 
-os.environ.pop("ROBOT_PERCEPTION_WORKERS", None)  # what a test makes up is in no other process
+os.environ.pop("STUDIES_WORKERS", None)  # what a test makes up is in no other process
 
 VISITS = "tests/site/test_pages.py::"
 MOST = 1.0e9

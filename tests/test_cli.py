@@ -22,15 +22,15 @@ from robot_perception.cli.store import _renew_rows, drawn
 from robot_perception.cli.workers import working
 from robot_perception.datasets import DatasetMissing
 from robot_perception.datasets.entries import registry
-from robot_perception.evaluation.intervals import exact
-from robot_perception.teaching import registration
-from robot_perception.teaching.badges import recorded
-from robot_perception.teaching.claims import Finding
-from robot_perception.teaching.ledger import Ledger, record
-from robot_perception.teaching.records import records
-from robot_perception.teaching.rows import Rows
-from robot_perception.teaching.trials import Sabotage
-from tests.teaching.entries import Given, claim, study
+from robot_perception.teaching.scores.badges import recorded
+from studies import registration
+from studies.claims import Finding
+from studies.intervals import exact
+from studies.ledger import Ledger, record
+from studies.records import records
+from studies.rows import Rows
+from studies.trials import Sabotage
+from tests.studies.entries import Given, claim, study
 
 
 @pytest.fixture
@@ -443,7 +443,7 @@ def listed(monkeypatch, tmp_path):
     monkeypatch.setattr(registration, "records", lambda: tmp_path)
     registration.write([registration.anew(one, (), "new")])
     ledger = Ledger((record(one, versions=""),))
-    monkeypatch.setattr("robot_perception.teaching.badges.recorded", lambda: ledger)
+    monkeypatch.setattr("robot_perception.teaching.scores.badges.recorded", lambda: ledger)
     return one
 
 

@@ -9,7 +9,7 @@ from click.testing import CliRunner
 
 from robot_perception.cli import main
 from robot_perception.cli.course import _line
-from robot_perception.teaching import grading
+from robot_perception.teaching.course import grading
 
 STEM = "covariance_intersection"
 KEYS = "ci-echo", "ci-three", "ci-weight", "ci-hits"

@@ -10,7 +10,7 @@ from scipy.io import savemat
 
 from robot_perception import datasets
 from robot_perception.cli.workers import working
-from robot_perception.evaluation.sweep import sweep
+from studies.sweep import sweep
 
 ROOT = Path(__file__).parents[1]
 EXECUTABLE = "sys.executable"

@@ -18,11 +18,11 @@ from PIL import Image
 
 from robot_perception import datasets
 from robot_perception.datasets import entries
-from robot_perception.files import UNFINISHED, DamagedFile, destination, reading, written
 from robot_perception.slam import planar
-from robot_perception.teaching import recordings, results, storage
-from robot_perception.teaching.ledger import Ledger
-from robot_perception.teaching.records import records
+from studies.files import UNFINISHED, DamagedFile, destination, reading, written
+from studies.ledger import Ledger
+from studies.records import records
+from studies.stored import recordings, results, storage
 
 TRIES = 90
 
@@ -252,7 +252,7 @@ def test_a_file_that_is_written_again_keeps_who_may_read_it(mode, tmp_path):
 
 
 def test_what_a_kill_has_left_goes_a_day_later(tmp_path):
-    names = [".robot-perception-a1b2c3d4", ".robot-perception-x0x0x0x0", ".mine"]
+    names = [".unfinished-a1b2c3d4", ".unfinished-x0x0x0x0", ".mine"]
     for name, hours in zip(names, (25, 23, 1000), strict=True):
         (tmp_path / name).mkdir()
         (tmp_path / name / "file.txt").write_text("half")
@@ -275,8 +275,8 @@ def save_result(file: Path) -> None:
 
 
 WRITERS: dict[str, tuple[Callable, str]] = {
-    "stored result": (save_result, "robot_perception.teaching.storage._bytes"),
-    "kept result": (lambda f: results._write(f, 1), "robot_perception.teaching.storage._bytes"),
+    "stored result": (save_result, "studies.stored.storage._bytes"),
+    "kept result": (lambda f: results._write(f, 1), "studies.stored.storage._bytes"),
     "ledger": (lambda f: Ledger(()).write(f), "pathlib.Path.write_text"),
     "trajectory": (lambda f: history().to_csv(f, overwrite=True), "numpy.savetxt"),
     "trajectory for tools": (lambda f: history().to_tum(f, overwrite=True), "numpy.savetxt"),

@@ -31,8 +31,18 @@ EXTRAS = {
     "data_synth.people": "vision",
     "robot_perception.book": "book",
     "robot_perception.chapters": "book",
-    "robot_perception.evaluation.progress": "data",
-    "robot_perception.evaluation.sweep": "book",
+    "explorables": "book",
+    "studies.claims": "book",
+    "studies.keys": "book",
+    "studies.ledger": "book",
+    "studies.notebooks": "book",
+    "studies.pages": "book",
+    "studies.registration": "book",
+    "studies.rows": "book",
+    "studies.stored": "book",
+    "studies.sweep": "book",
+    "studies.tables": "book",
+    "studies.trials": "book",
     "robot_perception.scripts": "data",
     "robot_perception.teaching": "book",
     "robot_perception.cli": "data",
@@ -61,7 +71,7 @@ def modules(extra: str | None) -> list[str]:
     """Return the modules that an extra is for, or those of the base."""
     found = []
     for folder in (ROOT / "lib", ROOT):
-        for package in ("robot_perception", "data_synth"):
+        for package in ("robot_perception", "explorables", "studies", "data_synth"):
             for file in sorted((folder / package).rglob("*.py")):
                 parts = file.relative_to(folder).with_suffix("").parts
                 name = ".".join(part for part in parts if part != "__init__")
@@ -147,9 +157,9 @@ NEEDY = {
     "robot_perception.appearance.colour_shape": ("cv2", "vision"),
     "robot_perception.ceiling.correction": ("cv2", "vision"),
     "robot_perception.people.skin": ("cv2", "vision"),
-    "robot_perception.evaluation.sweep": ("joblib", "book"),
+    "studies.sweep": ("matplotlib", "book"),
     "robot_perception.slam.observability.symbolic": ("sympy", "symbolic"),
-    "robot_perception.teaching.figures": ("matplotlib", "book"),
+    "explorables.figures": ("matplotlib", "book"),
     "robot_perception.chapters.walls": ("matplotlib", "book"),
 }
 CALLS = {
@@ -162,7 +172,7 @@ CALLS = {
 MISSING = """
 for name in names:
     try:
-        importlib.import_module(name) if name.startswith("robot_perception") else eval(
+        importlib.import_module(name) if not name.startswith("datasets.") else eval(
             name, {"datasets": importlib.import_module("robot_perception.datasets")}
         )
     except ModuleNotFoundError as error:

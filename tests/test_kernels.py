@@ -62,7 +62,8 @@ def sums(tmp_path: Path, before: str = "pass") -> list[str]:
 
 def code() -> dict[str, str]:
     """Return the text of each module of ours by its name."""
-    tops = (ROOT / "lib" / "robot_perception", ROOT / "data_synth")
+    tools = (ROOT / "lib" / name for name in ("robot_perception", "explorables", "studies"))
+    tops = (*tools, ROOT / "data_synth")
     files = [(file, top.parent) for top in tops for file in sorted(top.rglob("*.py"))]
     return {
         ".".join(file.relative_to(above).with_suffix("").parts): file.read_text("utf-8")
@@ -72,7 +73,7 @@ def code() -> dict[str, str]:
 
 def test_no_other_module_asks_numba_to_compile():
     names = {module.__name__ for module in DECORATORS}
-    names.add("robot_perception.teaching.forked")  # it warms numba up, and keeps nothing
+    names.add("studies.pages.forked")  # it warms numba up, and keeps nothing
     assert {name for name, text in code().items() if "njit" in text} == names
 
 

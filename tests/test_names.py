@@ -9,7 +9,10 @@ from types import CodeType
 import pytest
 
 ROOT = Path(__file__).parents[1]
-FOLDERS = ("lib/robot_perception", "data_synth", "tests/tools/benchmarks")
+FOLDERS = (
+    *("lib/robot_perception", "lib/explorables", "lib/studies"),
+    *("data_synth", "tests/tools/benchmarks"),
+)
 
 
 def modules() -> Iterator[str]:

@@ -2,14 +2,15 @@
 
 import json
 import subprocess
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
 import nbformat
 import pytest
 
-from robot_perception.teaching import dependencies
-from robot_perception.teaching.dependencies import Dependencies
+from studies.keys.dependencies import Dependencies, said_in
+from studies.project import NoData, project
 from tests.tools import reached
 from tests.tools.chosen import is_chosen
 from tests.tools.reached import (
@@ -91,8 +92,8 @@ def house(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Reach:
         nbformat.write(notebook, root / f"book/{name}.ipynb")
     (root / "book/_data/claims.json").write_text(ledger())
     monkeypatch.syspath_prepend(root)
-    monkeypatch.setattr(dependencies, "registry", list)
-    monkeypatch.setattr(reached, "PACKAGES", ("house",))
+    own = replace(project(), packages=("house",), data=NoData())
+    monkeypatch.setattr("studies.project._used", [own])
     monkeypatch.setattr(reached, "CHAPTERS", "house.chapters")
     return Reach(root, Dependencies(root, ("house",)))
 
@@ -271,7 +272,7 @@ def test_what_files_say_is_kept_by_their_contents(tmp_path: Path, monkeypatch: p
     (stored,) = (tmp_path / "kept").iterdir()
     assert list(json.loads(stored.read_text())) == [*kept._asked]  # and no more than was asked
     monkeypatch.setattr(reached, "said_in", lambda file: pytest.fail("read again"))
-    assert Kept(tmp_path / "kept").said(file) == dependencies.said_in(file)
+    assert Kept(tmp_path / "kept").said(file) == said_in(file)
 
 
 def test_what_two_changes_reach_is_run_once_and_no_part_of_what_is_run_whole():

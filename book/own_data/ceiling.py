@@ -6,9 +6,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from robot_perception import checks, datasets
-from robot_perception.files import written
 from robot_perception.geometry import se3
 from robot_perception.scripts import FILM, Recording, Results, installed, script, tell, within
+from studies.files import written
 
 with installed():
     import click

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 
 from robot_perception import checks, datasets
-from robot_perception.files import reading
 from robot_perception.scripts import (
     FILM,
     Recording,
@@ -19,6 +18,7 @@ from robot_perception.scripts import (
     tell,
     within,
 )
+from studies.files import reading
 
 with installed():
     import click

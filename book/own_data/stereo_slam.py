@@ -3,12 +3,12 @@
 import numpy as np
 
 from robot_perception import datasets
-from robot_perception.files import reading, written
 from robot_perception.geometry import se2, se3
 from robot_perception.observations import Observations
 from robot_perception.scripts import Clocks, Recording, Results, installed, script, tell
 from robot_perception.slam import localisation, planar, rao_blackwellised, visual
 from robot_perception.streams import hold
+from studies.files import reading, written
 
 with installed():
     import click

@@ -2,4 +2,6 @@
 
 from importlib.metadata import version
 
+from robot_perception import project  # noqa: F401 - tells `studies` where the book is
+
 __version__ = version("robot-perception")

@@ -24,7 +24,7 @@ def extra_of(package: str) -> str:
 def advice(missing: str | None) -> str | None:
     """Return what to install for a module that cannot be found; nothing for one of our own."""
     package = str(missing).partition(".")[0]
-    if package in ("robot_perception", "data_synth"):
+    if package in ("robot_perception", "explorables", "studies", "data_synth"):
         return None
     return f"This needs {package}: pip install 'robot-perception[{extra_of(package)}]'"
 

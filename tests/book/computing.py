@@ -9,7 +9,8 @@ from typing import Any
 import nbformat
 
 from robot_perception.chapters import CHAPTERS
-from robot_perception.teaching.cells import BOOK, STUDY
+from robot_perception.project import BOOK
+from studies.keys.cells import STUDY
 from tests.book import pages
 from tests.book.registry import COMPUTING
 

@@ -20,7 +20,7 @@ NOTEBOOKS = tuple(sorted(BOOK.glob("*.ipynb")))
 PLAIN = tuple(sorted([*BOOK.glob("*.md"), *BOOK.glob("library/*.md")]))
 DRAWN = ("figures.py", "explorers.py", "films.py", "bets.py")
 """Modules of a chapter whose texts stand beside pictures."""
-_STATES = re.compile(r'robotPerception\.register\("explorer-\w+", "([^"]*)"')
+_STATES = re.compile(r'explorables\.register\("explorer-\w+", "([^"]*)"')
 
 
 @dataclass(frozen=True, slots=True)

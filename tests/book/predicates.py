@@ -17,8 +17,8 @@ from statistics import median
 from types import ModuleType
 from typing import Any
 
-from robot_perception.teaching.cells import folder, study_cells
-from robot_perception.teaching.snapshots import ARRAY, finding_of
+from explorables.snapshots import ARRAY, finding_of
+from studies.keys.cells import folder, study_cells
 from tests.book.states import leaves
 
 TURNED = {

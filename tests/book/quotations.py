@@ -12,7 +12,7 @@ from hashlib import sha256
 from pathlib import Path
 from types import MappingProxyType
 
-from robot_perception.teaching.papers import PAPERS
+from robot_perception.teaching.scores.papers import PAPERS
 from tests.book.pages import Passage, claims, papers, prose, words
 
 LIST = Path(__file__).with_name("quotations.tsv")

@@ -15,7 +15,8 @@ from pathlib import Path
 from typing import Any
 
 from robot_perception.chapters import CHAPTERS, PRIMER
-from robot_perception.teaching.cells import BOOK, study_cells
+from robot_perception.project import BOOK
+from studies.keys.cells import study_cells
 
 FOLDER = Path(__file__).parents[2] / "book"
 COMPUTING = (*PRIMER, *CHAPTERS)
@@ -81,8 +82,8 @@ def declared_in(texts: Iterable[str]) -> Iterator[tuple[str, str, str]]:
                     yield kind, node.name, _said(call, "") or node.name
         elif isinstance(node, ast.Assign) and isinstance(node.value, ast.Call):
             kind, variable = _last(node.value.func), _last(node.targets[0])
-            if kind in CALLS and variable:
-                name = _said(node.value, "name") if kind == EXPLORER else ""
+            if kind in (*CALLS, CLAIM) and variable:
+                name = _said(node.value, {EXPLORER: "name", CLAIM: ""}.get(kind, "none"))
                 yield kind, variable, name or variable
 
 

@@ -17,10 +17,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from robot_perception.teaching.dependencies import Dependencies
-from robot_perception.teaching.explorations import Exploration
-from robot_perception.teaching.recorded_rows import COMPARED, NOUGHT, RTOL, processor
-from robot_perception.teaching.snapshots import (
+from explorables.explorations import Exploration
+from explorables.snapshots import (
     ARRAY,
     ENTRIES,
     FIELDS,
@@ -28,6 +26,8 @@ from robot_perception.teaching.snapshots import (
     finding_of,
     snapshot,
 )
+from studies.keys.dependencies import Dependencies
+from studies.stored.recorded_rows import COMPARED, NOUGHT, RTOL, processor
 from tests.book import pages
 from tests.book.computing import module
 from tests.proof import WHOLE

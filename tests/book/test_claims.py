@@ -12,11 +12,11 @@ from typing import Any
 import pytest
 
 from robot_perception import chapters
-from robot_perception.teaching import registration
-from robot_perception.teaching.badges import recorded
-from robot_perception.teaching.claims import Claim
-from robot_perception.teaching.ledger import entry, sabotaged
-from robot_perception.teaching.verdicts import turned
+from robot_perception.teaching.scores.badges import recorded
+from studies import registration
+from studies.claims import Claim
+from studies.ledger import entry, sabotaged
+from studies.verdicts import turned
 from tests.book.pages import ROOT
 
 DIGITS = 1e-9

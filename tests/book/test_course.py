@@ -5,9 +5,8 @@ import re
 
 import pytest
 
-from robot_perception.teaching.contents import read
-from robot_perception.teaching.copies import asked, copied
-from robot_perception.teaching.course import (
+from robot_perception.teaching.course.copies import asked, copied
+from robot_perception.teaching.course.weeks import (
     CLASS_MINUTES,
     MOST_BEFORE,
     exercise,
@@ -17,6 +16,7 @@ from robot_perception.teaching.course import (
     week,
     weeks,
 )
+from robot_perception.teaching.pages.contents import read
 from tests.book.pages import BOOK, NOTEBOOKS, notebook
 
 CONTENTS = read()

@@ -7,8 +7,8 @@ chapter imports no other.
 
 import pytest
 
-from robot_perception.teaching.recorded_rows import processor
-from robot_perception.teaching.snapshots import finding_of
+from explorables.snapshots import finding_of
+from studies.stored.recorded_rows import processor
 from tests.book import states
 from tests.book.computing import COMPUTING
 from tests.chapters.findings import check_ends, check_presets_and_number_of_states

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from robot_perception.teaching.snapshots import finding_of
+from explorables.snapshots import finding_of
 from tests.book import predicates, states
 from tests.book.computing import COMPUTING, module
 

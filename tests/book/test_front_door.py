@@ -6,12 +6,12 @@ from string import Formatter
 import pytest
 
 from robot_perception.chapters import CHAPTERS, PRIMER
-from robot_perception.teaching.badges import recorded
-from robot_perception.teaching.contents import read
-from robot_perception.teaching.overview import holds
-from robot_perception.teaching.papers import PAPERS
-from robot_perception.teaching.paths import PATHS
-from robot_perception.teaching.scorecard import OURS
+from robot_perception.teaching.pages.contents import read
+from robot_perception.teaching.pages.paths import PATHS
+from robot_perception.teaching.scores.badges import recorded
+from robot_perception.teaching.scores.overview import holds
+from robot_perception.teaching.scores.papers import PAPERS
+from robot_perception.teaching.scores.scorecard import OURS
 from tests.book.pages import BOOK, ROOT
 
 CONTENTS = read()

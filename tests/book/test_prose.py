@@ -141,10 +141,14 @@ def test_references_without_a_number_or_beyond_the_list_are_found():
 
 COUNTS = MappingProxyType(
     {
+        ("covariance_intersection", "twenty thousand random pairs"): "the `pairs` of that study",
+        ("monobot", "Forty thousand runs"): "the `runs` of that study",
         ("monobot", "two thousand runs"): "what a reader is told to try",
         ("people_fusion", "160 draws"): "to choose rules, before anything was scored",
         ("people_fusion", "eight other sessions"): "on which rules were chosen",
         ("tutor_face", "18 faces"): "that somebody has marked in the recording",
+        ("tutor_face", "eight people"): "of the recording with light from the side",
+        ("tutor_following", "25 pictures"): "given in that exercise",
         ("tutor_following", "seven pictures"): "the answer of that exercise",
     }
 )
@@ -198,11 +202,6 @@ def least(claim: str) -> float:
     return CLAIMS[claim]["accepted"]["low"]
 
 
-def seen(claim: str, name: str) -> float:
-    """Return the recorded estimate of a claim's evidence."""
-    return CLAIMS[claim]["evidence"][name]["estimate"]
-
-
 def constant(stem: str, name: str) -> float:
     """Return a number that a study cell binds to a name."""
     cells = (ast.parse(cell.source) for cell in code_cells(stem) if is_study(cell))
@@ -220,8 +219,8 @@ SHARES = MappingProxyType(
         ),
         ("recordings_robots", "one chance in ten thousand"): 1 - LEVEL,
         ("tutor_following", "one film in ten"): least("multi-patch"),
-        ("your_own_data", "two in three"): seen(
-            "eigenfaces", "strangers accepted, from the side, too"
+        ("your_own_data", "two in three"): cell(
+            "eigenfaces", "lights", "from the side, too", "strangers"
         ),
     }
 )

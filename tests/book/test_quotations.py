@@ -2,7 +2,7 @@
 
 import pytest
 
-from robot_perception.teaching.papers import PAPERS
+from robot_perception.teaching.scores.papers import PAPERS
 from tests.book import quotations
 from tests.book.quotations import LIST, OTHERS
 

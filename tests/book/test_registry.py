@@ -2,10 +2,10 @@
 
 import pytest
 
+from explorables.bets import Bet
+from explorables.explorations import Exploration
 from robot_perception import chapters
-from robot_perception.teaching.bets import Bet
-from robot_perception.teaching.exercises import Sheet
-from robot_perception.teaching.explorations import Exploration
+from robot_perception.teaching.course.exercises import Sheet
 from tests.book import registry
 from tests.book.computing import COMPUTING, found
 from tests.book.registry import every

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 from robot_perception import chapters
-from robot_perception.teaching import recorded_rows, storage
-from robot_perception.teaching.trials import AS_DECLARED, Trials
+from studies.stored import recorded_rows, storage
+from studies.trials import AS_DECLARED, Trials
 from tests.book.computing import COMPUTING
 from tests.book.pages import ROOT
 from tests.proof import WHOLE

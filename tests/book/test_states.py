@@ -5,9 +5,9 @@ from typing import Any
 
 import pytest
 
-from robot_perception.teaching.controls import slider
-from robot_perception.teaching.explorations import Exploration
-from robot_perception.teaching.snapshots import snapshot
+from explorables.controls import slider
+from explorables.explorations import Exploration
+from explorables.snapshots import snapshot
 from tests.book import states
 
 SAID = [

@@ -6,7 +6,7 @@ import re
 import pytest
 
 from robot_perception import chapters, datasets
-from robot_perception.teaching.records import records
+from studies.records import records
 from tests.book.pages import ROOT
 
 STORED = (*chapters.recordings(), *chapters.states())

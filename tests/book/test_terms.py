@@ -4,10 +4,10 @@ import re
 
 import pytest
 
-from robot_perception.teaching.contents import read
-from robot_perception.teaching.papers import PAPERS
-from robot_perception.teaching.terms import PAGE, called, heading, readable, uses
-from robot_perception.teaching.terms import read as read_terms
+from robot_perception.teaching.pages.contents import read
+from robot_perception.teaching.scores.papers import PAPERS
+from robot_perception.teaching.words.terms import PAGE, called, heading, readable, uses
+from robot_perception.teaching.words.terms import read as read_terms
 
 CONTENTS = read()
 TERMS = read_terms()

@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from robot_perception.teaching.exercises import Exercise
+from robot_perception.teaching.course.exercises import Exercise
 
 
 def assert_values_told(exercise: Exercise) -> None:

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 
-from robot_perception.teaching.explorations import Exploration
-from robot_perception.teaching.explore import MOST_STATES
+from explorables.explorations import Exploration
+from explorables.explore import MOST_STATES
 from tests.proof import WHOLE
 
 

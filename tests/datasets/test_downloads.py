@@ -173,7 +173,7 @@ def test_archive_that_is_encrypted_is_named(room, server):
 def test_what_a_kill_has_left_of_unpacking_is_no_part_of_the_recording(room):
     fetch("album")
     for file in list((room.cache / "album/img").iterdir())[:150]:
-        put(room.cache / "album/.robot-perception-a1b2c3d4/img", file.name)
+        put(room.cache / "album/.unfinished-a1b2c3d4/img", file.name)
         file.unlink()
     assert find("album") is None
     assert len(fetch("album")) == 300
@@ -192,8 +192,8 @@ def test_what_a_kill_would_leave_of_a_download_is_hidden(room, server, name):
     there, server.answer = [], seen
     fetch(name)
     (hidden,) = there[0]
-    assert hidden.startswith(".robot-perception-")
-    assert not list(room.cache.rglob(".robot-perception-*"))
+    assert hidden.startswith(".unfinished-")
+    assert not list(room.cache.rglob(".unfinished-*"))
 
 
 # ---- failures ------------------------------------------------------------------------------------

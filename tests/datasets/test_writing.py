@@ -9,8 +9,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from robot_perception import datasets
-from robot_perception.files import written
 from robot_perception.geometry import se2, se3
+from studies.files import written
 from tests.unchecked import unchecked
 
 RNG = np.random.default_rng(1)

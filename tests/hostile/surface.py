@@ -15,6 +15,8 @@ BOOK = Path(__file__).parents[2] / "book"
 CHAPTERS = Path(__file__).parents[2] / "lib" / "robot_perception" / "chapters"
 
 MADE = ("teaching", "book")
+CHECKED = ("studies.intervals", "studies.sweep")
+"""Modules of the tools that check what they are handed."""
 
 
 def modules() -> tuple[str, ...]:
@@ -26,7 +28,8 @@ def modules() -> tuple[str, ...]:
     documented = re.findall(r"automodule:: (robot_perception\S*)", pages)
     synth = import_module("data_synth")
     worlds = [found.name for found in walk_packages(synth.__path__, "data_synth.")]
-    return (*(name for name in documented if room_of(name) not in MADE), *worlds)
+    rooms = (name for name in documented if room_of(name) not in MADE)
+    return (*rooms, *CHECKED, *worlds)
 
 
 def room_of(module: str) -> str:

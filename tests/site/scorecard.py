@@ -5,9 +5,9 @@ from functools import cache
 
 from playwright.sync_api import Page, expect
 
-from robot_perception.teaching.badges import recorded
-from robot_perception.teaching.ledger import Entry
-from robot_perception.teaching.scorecard import grouped
+from robot_perception.teaching.scores.badges import recorded
+from robot_perception.teaching.scores.scorecard import grouped
+from studies.ledger import Entry
 from tests.site.accessibility import serious, violations
 from tests.site.measures import WIDE_ELEMENTS
 from tests.site.visits import Check, Stage, Standing

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from robot_perception.chapters import CHAPTERS, PRIMER
-from robot_perception.teaching.contents import read
+from robot_perception.teaching.pages.contents import read
 from tests.site.budgets import Chapter
 
 CONTENTS = read()

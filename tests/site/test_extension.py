@@ -4,7 +4,6 @@ import json
 from pathlib import Path
 from types import SimpleNamespace
 
-import numpy as np
 import pytest
 from bs4 import BeautifulSoup
 from docutils import nodes
@@ -14,14 +13,10 @@ from myst_nb.core.config import NbParserConfig
 from nbformat import write
 from nbformat.v4 import new_code_cell, new_notebook
 
+from explorables.media import with_mathematics
+from explorables.pages import NO_SCRIPTS
 from robot_perception.teaching import sphinx_extension
-from robot_perception.teaching.explore import explore, slider
-from robot_perception.teaching.figures import figure
-from robot_perception.teaching.figures.output import PAGE_VARIABLE
-from robot_perception.teaching.media import with_mathematics
 from tests.unchecked import unchecked
-
-ALT = "A line whose slope is the gain that was chosen."
 
 
 def expire(folder: Path, keys: dict[str, str | None], env: SimpleNamespace) -> list[str]:
@@ -64,7 +59,6 @@ def test_results_survive_a_lost_environment_and_all_pages_are_read(tmp_path: Pat
 
 
 def test_kernels_of_the_build_are_encrypted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setenv(PAGE_VARIABLE, "")
     trait = KernelManager.transport_encryption
     monkeypatch.setattr(trait, "default_value", trait.default_value)  # put back afterwards
     with unchecked():
@@ -94,17 +88,6 @@ def finished(
     with unchecked():
         sphinx_extension._finish_page(app, "page", "page.html", context, None)
     return context
-
-
-def page_of(explorer: object) -> str:
-    """Return the HTML that an explorer puts on a page."""
-    return explorer._repr_mimebundle_()["text/html"]
-
-
-@pytest.fixture
-def on_page(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let outputs be those of a built page."""
-    monkeypatch.setenv(PAGE_VARIABLE, "1")
 
 
 def test_pages_beside_the_contents_share_their_menu():
@@ -169,57 +152,6 @@ def test_what_unfolds_in_the_menu_has_a_name():
     assert [s["aria-label"] for s in named("summary")] == ["More on 1. Walls"]
 
 
-@pytest.mark.usefixtures("on_page")
-def test_states_move_into_a_script_beside_the_page(tmp_path: Path):
-    fig, ax = figure()
-
-    def draw(gain):
-        ax.clear()
-        ax.plot([0, gain])
-        return fig
-
-    html = page_of(explore(draw, alt=ALT, gain=slider("Gain", [1, 2], 1)))
-    body = finished(f"<p>before</p>{html}<p>after</p>", tmp_path)["body"]
-    assert "rp-states" not in body
-    assert "rp-spec" in body
-    (script,) = (tmp_path / "_static" / "explorers").glob("*.js")
-    assert f'data-states="../_static/explorers/{script.name}"' in body
-    assert f'id="explorer-{script.stem}"' in body
-    assert script.read_text().startswith(f'robotPerception.register("explorer-{script.stem}", "')
-
-
-@pytest.mark.usefixtures("on_page")
-def test_pictures_become_files(tmp_path: Path):
-    def draw(grey):
-        return np.full((4, 6), grey, np.uint8)
-
-    explorer = explore(draw, alt=ALT, grey=slider("Grey", [0, 200], 0))
-    finished(page_of(explorer), tmp_path)
-    folder = tmp_path / "_static" / "explorers"
-    (script,) = folder.glob("*.js")
-    states = json.loads(script.read_text().split(", ", 1)[1].removesuffix(");\n"))
-    assert [state[1:] for state in states] == [[ALT, 6, 4], [ALT, 6, 4]]
-    for state, grey in zip(states, (0, 200), strict=True):
-        assert (folder / state[0]).read_bytes() == explorer.frame(grey=grey).data
-
-
-@pytest.mark.usefixtures("on_page")
-def test_two_explorers_on_a_page_keep_their_own_states(tmp_path: Path):
-    pages = [
-        page_of(
-            explore(
-                lambda grey, low=low: np.full((4, 6), grey + low, np.uint8),
-                alt=ALT,
-                grey=slider("Grey", [0, 99], 0),
-            )
-        )
-        for low in (0, 100)
-    ]
-    body = finished("<hr>".join(pages), tmp_path)["body"]
-    assert body.count("data-states=") == 2
-    assert len(list((tmp_path / "_static" / "explorers").glob("*.js"))) == 2
-
-
 def test_scripts_of_other_hosts_and_widget_state_are_dropped(tmp_path: Path):
     scripts = ("_static/explorer.js", "https://unpkg.com/x.js", "sphinx-thebe.js")
     state = {"type": "application/vnd.jupyter.widget-state+json", "body": "{}"}
@@ -236,40 +168,9 @@ def test_no_built_page_names_a_script_or_style_of_another_host(site: Path):
         assert "vnd.jupyter.widget-state" not in text, page.name
 
 
-def test_states_that_no_page_shows_are_removed(tmp_path: Path):
-    stored = tmp_path / sphinx_extension.STORED
-    stored.mkdir(parents=True)
-    for name in ("kept.js", "kept-0.webp", "gone.js", "gone-0.webp"):
-        (stored / name).touch()
-    (tmp_path / "page.html").write_text('<div data-states="_static/explorers/kept.js">')
-    with unchecked():
-        sphinx_extension._drop_orphans(SimpleNamespace(outdir=tmp_path), None)
-    assert sorted(path.name for path in stored.iterdir()) == ["kept-0.webp", "kept.js"]
-
-
 def test_words_to_the_tests_are_not_shown_to_readers(tmp_path: Path):
     body = f"<pre><span></span>{sphinx_extension.COMPARED}print(1)</pre>"
     assert finished(body, tmp_path)["body"] == "<pre><span></span>print(1)</pre>"
-
-
-def waiting(answer: str) -> str:
-    """Return a bet as a notebook puts it on a page."""
-    return f'<div class="rp-bet">?</div><p class="rp-bet-answer" data-waiting>{answer}</p>'
-
-
-def test_answers_of_bets_move_to_the_ends_of_their_sections(tmp_path: Path):
-    inner = f"<section id='b'>{waiting('2')}<p>two</p></section>"
-    outer = f"<section id='a'>{waiting('1')}<p>one</p>{waiting('3')}{inner}<p>last</p></section>"
-    body = finished(f"<section>{outer}<p>end</p></section>", tmp_path)["body"]
-    bet, answer = '<div class="rp-bet">?</div>', '<p class="rp-bet-answer">{}</p>'.format
-    inner = f"<section id='b'>{bet}<p>two</p>{answer(2)}</section>"
-    outer = f"{bet}<p>one</p>{bet}{inner}<p>last</p>{answer(1)}{answer(3)}"
-    assert body == f"<section><section id='a'>{outer}</section><p>end</p></section>"
-
-
-def test_an_answer_outside_of_all_sections_stays(tmp_path: Path):
-    body = finished(f"{waiting('1')}<section>one</section>", tmp_path)["body"]
-    assert body.startswith('<div class="rp-bet">?</div><p class="rp-bet-answer">1</p><section>')
 
 
 def test_a_badge_that_stands_twice_names_its_place_once(tmp_path: Path):
@@ -280,11 +181,10 @@ def test_a_badge_that_stands_twice_names_its_place_once(tmp_path: Path):
     assert body.count('href="scorecard.html#a"') == 3
 
 
-def test_pages_with_controls_say_what_needs_scripts(tmp_path: Path):
-    plain = finished("<p>words</p>", tmp_path)["body"]
-    assert plain == "<p>words</p>"
-    for part in ('<div class="rp-film">', '<div class="rp-scorecard">'):
-        assert finished(part, tmp_path)["body"] == sphinx_extension.NO_SCRIPTS + part
+def test_a_scorecard_says_once_what_needs_scripts(tmp_path: Path):
+    card = '<div class="rp-scorecard">'
+    assert finished(card, tmp_path)["body"] == NO_SCRIPTS + card
+    assert finished(NO_SCRIPTS + card, tmp_path)["body"] == NO_SCRIPTS + card
 
 
 def test_beside_each_formula_stands_mathml(tmp_path: Path):

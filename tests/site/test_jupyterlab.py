@@ -21,8 +21,8 @@ from pathlib import Path
 
 import numpy as np
 
-from robot_perception.teaching.explore import explore, slider
-from robot_perception.teaching.figures import figure
+from explorables.explore import explore, slider
+from explorables.figures import figure
 
 fig, ax = figure()
 

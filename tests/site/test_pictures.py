@@ -12,7 +12,7 @@ import pytest
 from PIL import Image, ImageSequence
 from playwright.sync_api import Browser, ElementHandle, Page
 
-from robot_perception.teaching.figures import film
+from explorables.figures import film
 from tests.site import extra
 from tests.site.accessibility import serious, violations
 from tests.site.conftest import Visit

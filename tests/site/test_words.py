@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Locator, Page
 
-from robot_perception.teaching.bets import bet
+from explorables.bets import bet
 from tests.site import extra
 from tests.site.accessibility import serious, violations
 from tests.site.conftest import Visit

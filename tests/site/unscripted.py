@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
+from explorables.sphinx_extension import SCRIPTED as CONTROLS
 from robot_perception.teaching.sphinx_extension import SCRIPTED
 from tests.site import scorecard
 from tests.site.browser import WINDOW
@@ -46,7 +47,7 @@ def not_the_default(fact: Mapping[str, Any]) -> list[str]:
 
 def says_so(at: Standing) -> list[str]:
     """Say if a page with controls does not say why they are missing."""
-    controls = any(word in at.html for word in SCRIPTED)
+    controls = any(word in at.html for word in (*CONTROLS, SCRIPTED))
     return unless(bool(needs_scripts(at)) == controls, "a reader is not told why, or without need")
 
 

@@ -2,12 +2,12 @@
 
 import pytest
 
-from robot_perception.evaluation.intervals import Interval, exact
-from robot_perception.teaching import badges as module
-from robot_perception.teaching.claims import Finding
-from robot_perception.teaching.ledger import Ledger
-from robot_perception.teaching.verdicts import Basis, Condition
-from tests.teaching.entries import made
+from robot_perception.teaching.scores import badges as module
+from studies.claims import Finding
+from studies.intervals import Interval, exact
+from studies.ledger import Ledger
+from studies.verdicts import Basis, Condition
+from tests.studies.entries import made
 
 LENGTH = "The length is 1.50\N{NO-BREAK SPACE}m [1.40, 1.60]; at least 1\N{NO-BREAK SPACE}m wanted"
 
@@ -26,7 +26,7 @@ def ledger(monkeypatch):
         )
     )
     monkeypatch.setattr(module, "recorded", lambda: shown)
-    monkeypatch.setenv("ROBOT_PERCEPTION_PAGE", "1")  # links as a page has them
+    monkeypatch.setenv("EXPLORABLES_PAGE", "1")  # links as a page has them
     return shown
 
 

@@ -2,10 +2,10 @@
 
 import pytest
 
-from robot_perception.teaching.cards import Card, cards
-from robot_perception.teaching.contents import Contents
-from robot_perception.teaching.figures import figure
-from robot_perception.teaching.ledger import Ledger
+from explorables.figures import figure
+from robot_perception.teaching.pages.cards import Card, cards
+from robot_perception.teaching.pages.contents import Contents
+from studies.ledger import Ledger
 from tests.teaching.test_contents import boxed, page
 
 BOOK = Contents(

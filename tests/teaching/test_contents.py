@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from robot_perception.teaching import contents
-from robot_perception.teaching.contents import Contents, Page, read
+from robot_perception.teaching.pages import contents
+from robot_perception.teaching.pages.contents import Contents, Page, read
 
 BOX = ":::{{admonition}} Before you start\n:class: tip\n{}\n:::\n"
 

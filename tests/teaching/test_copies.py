@@ -2,7 +2,7 @@
 
 import copy
 
-from robot_perception.teaching.copies import asked, copied
+from robot_perception.teaching.course.copies import asked, copied
 
 SHEET = """def good(answer):
     return answer == 3
@@ -122,7 +122,7 @@ def test_cells_are_marked_as_nbgrader_marks_them():
 
 
 def test_the_cell_that_counts_fails_unless_the_answer_is_right():
-    from robot_perception.teaching.exercises import Exercise, Sheet
+    from robot_perception.teaching.course.exercises import Exercise, Sheet
 
     check = Sheet({"one-1": Exercise(3)}).check
     counts = next(c["source"] for c in made(solutions=False) if c["id"] == "c3-points")

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robot_perception.teaching.exercises import Exercise, Sheet
+from robot_perception.teaching.course.exercises import Exercise, Sheet
 
 SHEET = Sheet(
     {

@@ -15,13 +15,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from robot_perception.teaching import grading
-from robot_perception.teaching.answering import LONGEST, serve
-from robot_perception.teaching.cells import folder
-from robot_perception.teaching.copies import without_sheet
-from robot_perception.teaching.exercises import Exercise
-from robot_perception.teaching.grading import Rules, apart, judged, run, sheet_of
-from robot_perception.teaching.messages import BrokenLine, Line
+from robot_perception.teaching.course import grading
+from robot_perception.teaching.course.answering import LONGEST, serve
+from robot_perception.teaching.course.copies import without_sheet
+from robot_perception.teaching.course.exercises import Exercise
+from robot_perception.teaching.course.grading import Rules, apart, judged, run, sheet_of
+from robot_perception.teaching.course.messages import BrokenLine, Line
+from studies.keys.cells import folder
 from tests.book.computing import COMPUTING, module
 
 STEM = "covariance_intersection"
@@ -309,7 +309,7 @@ def test_data_that_an_exercise_speaks_of_are_there(stem, names):
 CHEATS = """
 import gc, sys
 import numpy as np
-from robot_perception.teaching.exercises import Exercise, Sheet
+from robot_perception.teaching.course.exercises import Exercise, Sheet
 np.allclose = np.isclose = np.array_equal = lambda *a, **k: True
 Exercise.judge = lambda *a: ("right", "Right.")
 found = [x for x in gc.get_objects() if isinstance(x, Exercise | Sheet)]

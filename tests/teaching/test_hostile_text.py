@@ -10,21 +10,21 @@ import pytest
 from bs4 import BeautifulSoup
 from matplotlib.figure import Figure
 
-from robot_perception.evaluation.intervals import Interval
-from robot_perception.teaching import badges, overview, scorecard
-from robot_perception.teaching.bets import bet
-from robot_perception.teaching.cards import Card, cards
-from robot_perception.teaching.claims import Finding
-from robot_perception.teaching.contents import Contents
-from robot_perception.teaching.exercises import Exercise, Sheet
-from robot_perception.teaching.explore import choice, explore
-from robot_perception.teaching.figures import figure, film, show
-from robot_perception.teaching.figures.output import PAGE_VARIABLE
-from robot_perception.teaching.ledger import Entry, Ledger, Sabotaged, Withdrawn
-from robot_perception.teaching.performance import Latency, Record, Work
-from robot_perception.teaching.tables import Table
-from robot_perception.teaching.verdicts import Accepted, Condition
-from tests.teaching.entries import claim, made, study
+from explorables.bets import bet
+from explorables.explore import choice, explore
+from explorables.figures import figure, film, show
+from explorables.figures.output import PAGE_VARIABLE
+from robot_perception.teaching.course.exercises import Exercise, Sheet
+from robot_perception.teaching.pages.cards import Card, cards
+from robot_perception.teaching.pages.contents import Contents
+from robot_perception.teaching.scores import badges, overview, scorecard
+from robot_perception.teaching.scores.performance import Latency, Record, Work
+from studies.claims import Finding
+from studies.intervals import Interval
+from studies.ledger import Entry, Ledger, Sabotaged, Withdrawn
+from studies.tables import Table
+from studies.verdicts import Accepted, Condition
+from tests.studies.entries import claim, made, study
 from tests.teaching.test_contents import page
 
 PLAIN = "a word that is long enough"

@@ -14,7 +14,7 @@ import pytest
 
 from robot_perception import checks
 from robot_perception.slam.planar.sensors import checked_sensor
-from robot_perception.teaching.listings import reduced, validates
+from robot_perception.teaching.pages.listings import reduced, validates
 from tests.hostile.surface import room_of
 from tests.unchecked import unchecked
 

@@ -5,9 +5,9 @@ from xml.etree import ElementTree
 
 import pytest
 
-from robot_perception.teaching.contents import Contents
-from robot_perception.teaching.figures.output import PAGE_VARIABLE
-from robot_perception.teaching.paths import Path, graph, hours, paths
+from explorables.figures.output import PAGE_VARIABLE
+from robot_perception.teaching.pages.contents import Contents
+from robot_perception.teaching.pages.paths import Path, graph, hours, paths
 from tests.teaching.test_contents import boxed, page
 
 BOOK = Contents(

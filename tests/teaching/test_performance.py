@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from matplotlib.text import Annotation
 
-from robot_perception.files import DamagedFile
-from robot_perception.teaching import performance
-from robot_perception.teaching.performance import Record, duration, times
+from robot_perception.teaching.scores import performance
+from robot_perception.teaching.scores.performance import Record, duration, times
+from studies.files import DamagedFile
 
 FAST = "median ≤ 100 ms, none above 500 ms"
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from robot_perception import checks, kalman
-from robot_perception.teaching.prose import tell
-from robot_perception.teaching.source import show_source
+from robot_perception.teaching.pages.source import show_source
+from robot_perception.teaching.words.prose import tell
 
 
 def test_tell_formats_numbers_and_keeps_braces_for_mathematics():
@@ -54,9 +54,9 @@ def test_a_class_is_shown_whole():
 
 def test_source_links_to_the_page_only_in_the_built_book(monkeypatch):
     assert "href" not in show_source(tell).bundle["text/html"].split("</style>")[1]
-    monkeypatch.setenv("ROBOT_PERCEPTION_PAGE", "1")
+    monkeypatch.setenv("EXPLORABLES_PAGE", "1")
     html = show_source(tell).bundle["text/html"]
-    assert 'href="_modules/robot_perception/teaching/prose.html#tell"' in html
+    assert 'href="_modules/robot_perception/teaching/words/prose.html#tell"' in html
 
 
 def test_source_of_a_compiled_function_is_its_python():

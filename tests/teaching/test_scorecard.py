@@ -8,18 +8,19 @@ from pathlib import Path
 
 import pytest
 
+from explorables.figures.output import PAGE_VARIABLE
 from robot_perception import chapters
-from robot_perception.evaluation.intervals import Interval, exact
-from robot_perception.teaching import overview, registration
-from robot_perception.teaching import scorecard as module
-from robot_perception.teaching.claims import Finding
-from robot_perception.teaching.figures.output import PAGE_VARIABLE
-from robot_perception.teaching.ledger import Ledger
-from robot_perception.teaching.papers import PAPERS, paper
-from robot_perception.teaching.registration import Registration
-from robot_perception.teaching.tables import Table
-from robot_perception.teaching.verdicts import Accepted, Condition
-from tests.teaching.entries import claim, made
+from robot_perception.teaching.scores import overview
+from robot_perception.teaching.scores import scorecard as module
+from robot_perception.teaching.scores.papers import PAPERS, paper
+from studies import registration
+from studies.claims import Finding
+from studies.intervals import Interval, exact
+from studies.ledger import Ledger
+from studies.registration import Registration
+from studies.tables import Table
+from studies.verdicts import Accepted, Condition
+from tests.studies.entries import claim, made
 
 BOOK = Path(__file__).parents[2] / "book"
 TITLES = {"walls": "Walls & scans", "monobot": "On a rail"}
@@ -115,7 +116,7 @@ def test_a_card_leads_to_badge_function_and_test_on_the_page(ledger, monkeypatch
     monkeypatch.setenv(PAGE_VARIABLE, "1")
     bad = card(html_of(ledger), "bad")
     assert 'Shown in <a href="monobot.html#claim-bad">On a rail</a>' in bad
-    assert '<a href="_modules/tests/teaching/entries.html#compute">book/entries.py</a>' in bad
+    assert '<a href="_modules/tests/studies/entries.html#compute">book/entries.py</a>' in bad
     tests, test = "tests/book/test_claims", "test_the_record_says_what_the_rows_say"
     assert f'Tested by <a href="_modules/{tests}.html#{test}">{tests}.py</a>' in bad
 

@@ -4,9 +4,9 @@ import os
 
 import pytest
 
-from robot_perception.teaching import source_pages
-from robot_perception.teaching.dependencies import ROOT
-from robot_perception.teaching.source_pages import (
+from robot_perception.project import ROOT
+from robot_perception.teaching.pages import source_pages
+from robot_perception.teaching.pages.source_pages import (
     address,
     definitions,
     modules,

@@ -5,10 +5,10 @@ from bs4 import BeautifulSoup
 from docutils import nodes
 from docutils.utils import new_document
 
-from robot_perception.files import DamagedFile
-from robot_perception.teaching import sphinx_terms, terms
-from robot_perception.teaching.contents import Contents, Page
-from robot_perception.teaching.terms import Finder, Term, called, heading, prose, uses, words
+from robot_perception.teaching.pages.contents import Contents, Page
+from robot_perception.teaching.words import sphinx_terms, terms
+from robot_perception.teaching.words.terms import Finder, Term, called, heading, prose, uses, words
+from studies.files import DamagedFile
 
 GATE = Term("gate", "A region.", ("one#open",), ("gating",), library=("gating.gate",))
 SLAM = Term("EKF-SLAM", "A *filter* for <maps>.", ("one#named",), ours="$P$")

@@ -2,7 +2,7 @@
 
 What has changed is git's answer: against ``HEAD`` with what is not yet committed, or against the
 commit where the branch left ``--base``; of a notebook, which kinds of cells. What a change reaches
-says the import graph by which pages expire (`robot_perception.teaching.dependencies`), and within
+says the import graph by which pages expire (`studies.keys.dependencies`), and within
 notebooks what each definition reads: so a study's trials and a claim are tested where their own
 code or records have changed. What files say is kept between runs.
 
@@ -32,12 +32,12 @@ from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
-from robot_perception.teaching import cells, definitions, dependencies
-from robot_perception.teaching.dependencies import (
+from robot_perception.project import BOOK, CHAPTERS, CONTENTS
+from studies.keys import cells, definitions, dependencies
+from studies.keys.dependencies import (
     EFFECTS,
     LEDGER,
-    NOTEBOOKS,
-    PACKAGES,
+    OWN,
     ROWS,
     Dependencies,
     Said,
@@ -45,6 +45,7 @@ from robot_perception.teaching.dependencies import (
     said,
     said_in,
 )
+from studies.project import project
 from tests.book import registry
 from tests.tools.chosen import CHOSEN
 
@@ -53,10 +54,7 @@ SITE = "build/_build/html"
 KEPT = "build/reached"
 """Folder of what is kept between runs."""
 BROWSER = "tests/site/"
-CHAPTERS = "robot_perception.chapters"
 WORLDS = "data_synth"
-CONTENTS = "robot_perception.teaching.contents"
-"""Reads the pages."""
 EVERYTHING = "make test"
 WORDS = (".md", ".cff", "LICENSE", ".gitignore")
 """Files at the root that run nothing; tests that read them name them."""
@@ -82,6 +80,8 @@ NO_PROSE = (
     *BY_ROOM,
     "tests/book/test_registry.py",
     "tests/chapters/",
+    "tests/explorables/",
+    "tests/studies/",
     "tests/teaching/",
     "tests/test_cli.py",
     "tests/test_names.py",
@@ -302,7 +302,7 @@ class Reach:
         file, top = self._root / name, name.partition("/")[0]
         if not file.exists():  # who used it cannot be found in what there is
             return False
-        if top in ("lib", *PACKAGES):
+        if top in ("lib", *project().packages):
             return name in self._modules
         if top == "tests":
             return file.name not in LIES_UNDER
@@ -496,7 +496,7 @@ class Reach:
         return any(
             not changed.isdisjoint(self._results(one))
             for one in modules
-            if not one.startswith(NOTEBOOKS)
+            if not one.startswith(BOOK)
         )
 
     @cache  # noqa: B019
@@ -510,7 +510,7 @@ class Reach:
         grows = True
         while grows:
             grows = False
-            changed = {f"{NOTEBOOKS}{s}:{n}" for s in found for n in (*found[s], "") if found[s]}
+            changed = {f"{BOOK}{s}:{n}" for s in found for n in (*found[s], "") if found[s]}
             for stem, defined in self._defined.items():
                 rest = {
                     name
@@ -562,7 +562,7 @@ class Reach:
 def _room(module: str) -> str:
     """Return the room of a module: the first word below the package; the worlds are one."""
     top, *below = module.split(".")
-    return top if top == WORLDS or not below else below[0]
+    return top if top in (WORLDS, *OWN) or not below else below[0]
 
 
 def _is_data(file: str) -> bool:

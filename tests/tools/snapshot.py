@@ -8,7 +8,7 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from robot_perception.teaching.recorded_rows import processor
+from studies.stored.recorded_rows import processor
 from tests.book import predicates, states
 from tests.book.computing import COMPUTING, module
 

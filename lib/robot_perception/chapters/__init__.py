@@ -13,11 +13,11 @@ from importlib.util import find_spec
 from pkgutil import iter_modules
 from types import ModuleType
 
-from robot_perception.teaching.cells import BOOK
-from robot_perception.teaching.claims import Claim, claims_in
-from robot_perception.teaching.recorded import Recorded
-from robot_perception.teaching.recordings import Recording
-from robot_perception.teaching.trials import Trials
+from robot_perception.project import BOOK
+from studies.claims import Claim, claims_in
+from studies.stored.recorded import Recorded
+from studies.stored.recordings import Recording
+from studies.trials import Trials
 
 PRIMER = ("one_belief", "many_guesses")
 """Stems of the pages before the chapters, which teach what several of them need."""

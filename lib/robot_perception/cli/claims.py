@@ -11,8 +11,8 @@ import click
 from robot_perception.cli.workers import with_workers, working
 
 if TYPE_CHECKING:
-    from robot_perception.teaching.claims import Claim
-    from robot_perception.teaching.ledger import Entry, Ledger
+    from studies.claims import Claim
+    from studies.ledger import Entry, Ledger
 
 
 @click.command()
@@ -44,7 +44,7 @@ def claims(
     ray: str | None,
 ) -> None:
     """Print the claim ledger: what each paper says, what we find, and the verdict."""
-    from robot_perception.teaching.badges import as_text
+    from robot_perception.teaching.scores.badges import as_text
 
     if write is not None and not run and withdraw is None:
         raise click.UsageError("--write records what is computed: say --run")
@@ -91,8 +91,8 @@ def _chosen(stems: tuple[str, ...], ids: tuple[str, ...]) -> tuple["Claim", ...]
 
 def _recorded(file: Path | None) -> "Ledger":
     """Return the ledger of a file that is to be written, an empty one if it is new."""
-    from robot_perception.teaching.ledger import Ledger
-    from robot_perception.teaching.records import records
+    from studies.ledger import Ledger
+    from studies.records import records
 
     if file is None:
         return Ledger.read(records() / "claims.json")
@@ -103,7 +103,7 @@ def _computed(chosen: tuple["Claim", ...], write: Path | None) -> tuple["Ledger"
     """Compute claims, one after the other; each is written as soon as it is there."""
     from tqdm import tqdm
 
-    from robot_perception.teaching.ledger import Ledger, entry, record
+    from studies.ledger import Ledger, entry, record
 
     made: list[Entry] = []
     failed: list[str] = []
@@ -125,7 +125,7 @@ def _computed(chosen: tuple["Claim", ...], write: Path | None) -> tuple["Ledger"
 
 def _write(made: "Entry", file: Path) -> None:
     """Put an entry in its place in a ledger, which others may have written meanwhile."""
-    from robot_perception.teaching.locks import changing
+    from studies.stored.locks import changing
 
     with changing(file):
         _recorded(file).merged([made], _order()).write(file)
@@ -148,7 +148,7 @@ def _withdrawn(name: str, why: str, instead: str, file: Path | None) -> str:
     """
     from datetime import date
 
-    from robot_perception.teaching.locks import changing
+    from studies.stored.locks import changing
 
     if file is None or not file.exists():
         raise ValueError("--withdraw changes a ledger: name its file by --write")
@@ -172,7 +172,7 @@ def _with_rows(claim: "Claim") -> None:
     ValueError
         If the claim is not registered as it is declared.
     """
-    from robot_perception.teaching import registration
+    from studies import registration
 
     own = registration.of(registration.read(), claim.id)
     if not own or registration.changed(own[-1], claim):

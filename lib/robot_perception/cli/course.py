@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from robot_perception.teaching.grading import Mark
+    from robot_perception.teaching.course.grading import Mark
 
 FORMULA = "=", "+", "-", "@", "\t", "\r"
 """How a cell begins that a spreadsheet would compute."""
@@ -30,9 +30,9 @@ def course(student: Path | None, instructor: Path | None, stems: tuple[str, ...]
     import json
 
     from robot_perception import chapters
-    from robot_perception.files import written
-    from robot_perception.teaching.cells import folder
-    from robot_perception.teaching.copies import asked, copied
+    from robot_perception.teaching.course.copies import asked, copied
+    from studies.files import written
+    from studies.keys.cells import folder
 
     if student is None and instructor is None:
         raise click.UsageError("say where to: --student DIR, --instructor DIR, or both")
@@ -97,7 +97,7 @@ def grade(
     Answers run with your rights: whom you do not trust, grade in a container.
     """
     from robot_perception import chapters
-    from robot_perception.teaching.grading import grade as marks
+    from robot_perception.teaching.course.grading import grade as marks
 
     if not stems:
         every = (*chapters.PRIMER, *chapters.CHAPTERS)
@@ -125,7 +125,7 @@ def grade(
 
 def _has(folder: Path, stem: str) -> bool:
     """Tell whether a student has a notebook of a chapter."""
-    from robot_perception.teaching.grading import notebooks
+    from robot_perception.teaching.course.grading import notebooks
 
     try:
         return bool(notebooks(folder, stem))

@@ -31,7 +31,7 @@ def hands(file: Path | None, folders: tuple[Path, ...], brief: bool) -> None:
 
     from robot_perception.book import tutor_following as page
     from robot_perception.chapters.tutor_following.training import photographs, write
-    from robot_perception.files import DamagedFile
+    from studies.files import DamagedFile
 
     def told(report) -> None:
         click.echo(

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from robot_perception.teaching.claims import Claim
-    from robot_perception.teaching.ledger import Ledger
+    from studies.claims import Claim
+    from studies.ledger import Ledger
 
 
 @click.command()
@@ -23,9 +23,9 @@ def register(ids: tuple[str, ...], remark: str, same: bool) -> None:
     this code must give the recorded value and verdict, and its sabotages theirs.
     """
     from robot_perception import chapters
-    from robot_perception.teaching import registration
-    from robot_perception.teaching.badges import recorded
-    from robot_perception.teaching.locks import changing
+    from robot_perception.teaching.scores.badges import recorded
+    from studies import registration
+    from studies.stored.locks import changing
 
     declared = {claim.id: claim for claim in chapters.claims()}
     unknown = sorted(set(ids) - declared.keys())
@@ -50,7 +50,7 @@ def register(ids: tuple[str, ...], remark: str, same: bool) -> None:
 
 def _refuse_another(claim: "Claim", recorded: "Ledger") -> None:
     """Raise ``ValueError`` unless rows of this code give what is recorded, of sabotages too."""
-    from robot_perception.teaching.ledger import agrees
+    from studies.ledger import agrees
 
     for study in (claim.study, *(change.study for change in claim.sabotages)):
         if not study.is_current():

@@ -49,7 +49,7 @@ def store(
     from tqdm import tqdm
 
     from robot_perception import chapters
-    from robot_perception.teaching.trials import forget_anew
+    from studies.trials import forget_anew
 
     try:
         stems = stems or chapters.CHAPTERS
@@ -78,7 +78,7 @@ def store(
 
 def _prune() -> str:
     """Remove old results and trials of this computer; return what was done."""
-    from robot_perception.teaching import results
+    from studies.stored import results
 
     done = results.prune()
     removed = f"{done.removed} files removed, {done.removed_bytes / 1e6:.1f} MB"

@@ -21,8 +21,8 @@ from robot_perception.datasets.bag_transforms import Frames, frame_name
 from robot_perception.datasets.bags import Bag, Meaning, Topics
 from robot_perception.datasets.logs import CorruptLog, LaserLog, ReadReport
 from robot_perception.datasets.tracks import Track
-from robot_perception.files import reading
 from robot_perception.geometry import se2, wrap_angle
+from studies.files import reading
 
 SCAN, ECHOES = "sensor_msgs/msg/LaserScan", "sensor_msgs/msg/MultiEchoLaserScan"
 OLD_CLOUD = "sensor_msgs/msg/PointCloud"

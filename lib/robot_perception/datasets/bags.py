@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float, Int
 from robot_perception.checks import instance, instances
 from robot_perception.datasets.logs import CorruptLog, ReadReport, as_path
 from robot_perception.extras import needing
-from robot_perception.files import reading
+from studies.files import reading
 
 Topics = str | Sequence[str] | None
 """A topic, several of which one is meant, or the only one that will do."""

@@ -17,7 +17,7 @@ from urllib.parse import quote
 
 from robot_perception.checks import instance
 from robot_perception.extras import needing
-from robot_perception.files import DamagedFile, reading, written
+from studies.files import DamagedFile, reading, written
 
 DATA_VARIABLE = "ROBOT_PERCEPTION_DATA"
 SETS, REGISTRY = "sets.toml", "registry.txt"

@@ -12,7 +12,7 @@ from robot_perception.datasets.bag_scans import read_bag_scans
 from robot_perception.datasets.bags import Topics, check_topic, is_bag
 from robot_perception.datasets.logs import CorruptLog, ReadReport, as_path, in_seconds
 from robot_perception.datasets.tables import FARTHEST
-from robot_perception.files import reading
+from studies.files import reading
 
 NEEDED = ("stamp", "ranges", "angle_min", "angle_increment", "range_min", "range_max")
 LABELS = ("leg_scan", "leg_xy", "label_sector_deg_m")

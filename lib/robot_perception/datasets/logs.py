@@ -21,7 +21,7 @@ from jaxtyping import Bool, Float
 from robot_perception.checks import flag, instance, number, reals
 from robot_perception.datasets import limits
 from robot_perception.datasets.limits import Check
-from robot_perception.files import DamagedFile
+from studies.files import DamagedFile
 
 GZIP_MAGIC = b"\x1f\x8b"
 CHUNK, LONGEST_LINE, LARGEST_TEXT = 2**16, 2**18, 2**20  # bytes

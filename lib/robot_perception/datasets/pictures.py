@@ -15,7 +15,7 @@ from jaxtyping import UInt8
 from robot_perception.checks import flag
 from robot_perception.datasets.logs import as_path
 from robot_perception.extras import needing
-from robot_perception.files import DamagedFile, reading
+from studies.files import DamagedFile, reading
 
 FORMATS = ("PNG", "JPEG", "PPM", "BMP", "TIFF", "GIF", "WEBP")  # none starts another program
 UNREAD = {  # by the endings of their names

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from robot_perception import checks
-from robot_perception.files import destination, written
+from studies.files import destination, written
 
 SIDE, MARGIN = 1000, 40  # of the picture, px
 STEPS = 1, 2, 5  # times a power of ten: from one line of the grid to the next, m

@@ -30,7 +30,7 @@ from robot_perception.datasets.entries import (
     some,
 )
 from robot_perception.extras import needing
-from robot_perception.files import UNFINISHED, workspace
+from studies.files import UNFINISHED, workspace
 
 CACHE_VARIABLE = "ROBOT_PERCEPTION_CACHE"
 UNPACKING = BadZipFile, TarError, RuntimeError, EOFError, zlib.error, lzma.LZMAError

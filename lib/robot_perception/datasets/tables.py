@@ -19,7 +19,7 @@ from robot_perception.datasets.logs import (
     in_seconds,
     to_numbers,
 )
-from robot_perception.files import reading
+from studies.files import reading
 
 FARTHEST = 1e6
 """A reading beyond it is no distance, m, unless it is one of those that mean "no return"."""

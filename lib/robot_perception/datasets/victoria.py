@@ -11,7 +11,7 @@ from jaxtyping import Float, Int
 
 from robot_perception.datasets import limits
 from robot_perception.datasets.logs import CorruptLog, Lines, ReadReport, as_path, in_seconds
-from robot_perception.files import reading
+from studies.files import reading
 
 MOTION, SIGHTING = b"ODOMETRY", b"LANDMARK"
 MATLAB_SECONDS = 60.0

@@ -24,7 +24,7 @@ from robot_perception.datasets.images import (
 from robot_perception.datasets.logs import as_path
 from robot_perception.datasets.pictures import LARGEST, READ, UNREAD, CorruptImage
 from robot_perception.extras import needing
-from robot_perception.files import destination, written
+from studies.files import destination, written
 
 CODECS = {".mp4": "mp4v", ".avi": "MJPG"}
 """By the ending of a film's name, what OpenCV writes without more being installed."""

@@ -11,7 +11,7 @@ from jaxtyping import Float, Int, UInt8
 from robot_perception import checks
 from robot_perception.datasets.logs import CONTROL_BYTES
 from robot_perception.datasets.tables import FORMULA
-from robot_perception.files import destination, written
+from studies.files import destination, written
 
 PLAIN = re.compile(r"[\w.:/-]+\Z")
 """A text that needs no quotes."""

@@ -1,4 +1,4 @@
-"""How good an estimate is: consistency, errors of paths, and intervals of what was measured."""
+"""How good an estimate is: consistency, and errors of paths."""
 
 from importlib import import_module
 
@@ -8,10 +8,7 @@ __getattr__, __dir__, __all__ = door(
     __name__,
     {
         "consistency": ("average_bounds", "coverage", "normalised_squared"),
-        "intervals": ("Interval",),
-        "progress": (),
         "spatial": ("Similarity",),
-        "sweep": (),
         "trajectories": ("PoseError", "RelativeErrors"),
     },
     import_module,

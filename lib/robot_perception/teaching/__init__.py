@@ -1,5 +1,10 @@
-"""What turns results into a book: figures, explorers, claims, exercises, shown source."""
+"""What turns results into this book: words, a course, scores of claims, ways through its pages."""
+
+from pathlib import Path
 
 from robot_perception.extras import need
 
 need("matplotlib", "anywidget", "PIL")
+
+FRONT_END = Path(__file__).parent / "front_end"
+"""Folder of the style sheets and scripts that only this book has."""

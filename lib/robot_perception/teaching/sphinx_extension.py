@@ -1,15 +1,12 @@
-"""The book's own Sphinx extension: explorers on pages, no other host, mended theme.
+"""The book's own Sphinx extension, beside that of explorers: results that expire, mended theme.
 
-It sets the environment variable by which kernels know that no reader sits behind them, keeps the
-results of a page only as long as all they depend on is the same, copies MathJax from its
-package into the site, moves the states of explorers and films into files beside the page and the
-answers of bets to the ends of their sections, numbers figures and what refers to them, marks the
-first use of a word (:mod:`.sphinx_terms`), writes pages of source code, lets pages link to what
-outputs name, puts MathML beside formulas, and drops every script that would ask another host for
-something.
+It keeps the results of a page only as long as all they depend on is the same, copies MathJax from
+its package into the site, marks the first use of a word (:mod:`.sphinx_terms`), writes pages of
+source code, lets pages link to what outputs name, puts MathML beside formulas, and drops every
+script that would ask another host for something. Explorers, films, bets and figures come to the
+pages by :mod:`explorables.sphinx_extension`, which it brings.
 """
 
-import base64
 import json
 import os
 import re
@@ -24,64 +21,40 @@ from docutils import nodes
 from joblib import effective_n_jobs
 from jupyter_client import KernelManager
 from myst_nb.core.config import NbParserConfig
-from sphinx.addnodes import pending_xref
 from sphinx.application import Sphinx
 from sphinx.config import Config
 from sphinx.environment import BuildEnvironment
 from sphinx.transforms.post_transforms import SphinxPostTransform
-from sphinx.util import logging
 
-from robot_perception.evaluation.sweep import WORKERS
-from robot_perception.files import written
-from robot_perception.teaching import source_pages
-from robot_perception.teaching.cells import study_cells
-from robot_perception.teaching.dependencies import ROOT, Dependencies, code, hashed
-from robot_perception.teaching.execution import execute
-from robot_perception.teaching.figures.output import PAGE_VARIABLE
-from robot_perception.teaching.formulas import with_mathml
-from robot_perception.teaching.sphinx_terms import connect_terms
+from explorables.pages import NO_SCRIPTS
+from robot_perception.project import ROOT
+from robot_perception.teaching import FRONT_END
+from robot_perception.teaching.pages import source_pages
+from robot_perception.teaching.words.formulas import with_mathml
+from robot_perception.teaching.words.sphinx_terms import connect_terms
+from studies.files import written
+from studies.keys.cells import study_cells
+from studies.keys.dependencies import Dependencies, code, hashed
+from studies.pages.execution import execute
+from studies.sweep import WORKERS
 
-STORED = "_static/explorers"
 COMPARED = '<span class="c1"># NBVAL_CHECK_OUTPUT</span>\n'  # a word to the tests, not to readers
-UNNUMBERED = "the figure"
-"""What a link to a figure says in a notebook; on a page it is the number."""
-
-SHEETS = tuple(
-    f"{name}.css"
-    for name in ("figure", "explorer", "film", "badge", "bet", "check", "listing", "table")
-)
+SHEETS = ("badge.css", "check.css", "listing.css")
+SCRIPTED = 'class="rp-scorecard"'
 MATHJAX = ("tex-mml-chtml.js", "output/chtml/fonts/woff-v2", "input/tex/extensions")
 
-_LOG = logging.getLogger(__name__)
-_FIGURE = re.compile(
-    r'<figure class="rp-figure[^"]*"(?: id="(?P<id>[^"]*)")?>(?P<inside>.*?)</figure>', re.S
-)
-_CAPTION = re.compile(r"<figcaption[^>]*>")
-_WAITING = " data-waiting"
-_ANSWER = re.compile(rf'<p class="rp-bet-answer[^>]*{_WAITING}>.*?</p>', re.S)
-_SECTION = re.compile(r"<section\b|</section>")
 UNWANTED = {"sphinx_thebe": None, "sphinx.ext.viewcode": "html-collect-pages"}
 """Listeners that cannot be configured away, by module: to one event, or to all."""
-
-NO_SCRIPTS = (
-    '<p class="rp-note rp-unscripted">Your browser runs no scripts. Everything can be read, but '
-    "controls need scripts: each figure shows its first state.</p>"
-)
-SCRIPTED = ('class="explorer"', 'class="rp-film"', 'class="rp-scorecard"')
 
 _MENUS: WeakKeyDictionary[Sphinx, dict[tuple, str]] = WeakKeyDictionary()
 _MATHEMATICS = re.compile(r"\$([^$]+)\$")
 _NAMED = re.compile(r'<(?:a|article)\b[^>]*\sid="([^"]+)"')
 _BADGE = re.compile(r'(<a\b[^>]*) id="(claim-[^"]+)"')
-_STATES = re.compile(
-    r'<div class="(?P<kind>explorer|rp-film)" id="(?P<id>\w+-(?P<name>\w+))">(?P<inside>.*?)'
-    r'<script type="application/json" class="rp-states">(?P<states>[^<]*)</script></div>',
-    re.S,
-)
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
     """Register the extension with Sphinx."""
+    app.setup_extension("explorables.sphinx_extension")
     app.add_config_value("book_contents", "", "env")  # a change of it renews every page's menu
     app.connect("config-inited", _configure)
     app.connect("builder-inited", _drop_listeners)
@@ -89,37 +62,22 @@ def setup(app: Sphinx) -> dict[str, Any]:
     app.connect("env-get-outdated", _expire)
     app.connect("env-before-read-docs", _execute)
     app.connect("source-read", _choose_cache)
-    connect_figures(app)
     connect_terms(app)
     app.connect("env-check-consistency", _name_references)
     app.connect("doctree-read", _note_outputs)
     app.connect("html-collect-pages", _source_pages)
     app.connect("html-page-context", _share_menu, priority=400)  # before the theme asks for it
     app.connect("html-page-context", _finish_page, priority=900)
-    app.connect("build-finished", _drop_orphans)
     app.add_post_transform(SetMathematics)
-    app.add_js_file(None, body=_theme_script(), priority=100)
-    for script in ("explorer.js", "film.js"):
-        app.add_js_file(script)
     for sheet in SHEETS:
         app.add_css_file(sheet)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
 
 
-def connect_figures(app: Sphinx) -> None:
-    """Have figures numbered: what `setup` does for them, for a book that wants nothing else."""
-    app.connect("env-purge-doc", _forget_figures)
-    app.connect("env-merge-info", _merge_figures)
-    app.connect("doctree-read", _note_figures)
-    app.connect("env-get-updated", _number_figures, priority=900)  # after the chapters
-    app.connect("html-page-context", _write_numbers)
-
-
 def _configure(app: Sphinx, config: Config) -> None:
-    os.environ[PAGE_VARIABLE] = "1"
     contents = Path(app.srcdir, "_toc.yml")
     config.book_contents = contents.read_text(encoding="utf-8") if contents.exists() else ""
-    config.html_static_path.append(str(files("robot_perception.teaching") / "front_end"))
+    config.html_static_path.append(str(FRONT_END))
     # Kernels offer encryption; unasked they warn on every page that their sockets go without.
     KernelManager.transport_encryption.default_value = "auto"
 
@@ -171,84 +129,6 @@ def _choose_cache(app: Sphinx, name: str, source: list[str]) -> None:
 
 def _config(app: Sphinx, name: str) -> NbParserConfig:
     return app.env.mystnb_config.copy(execution_cache_path=str(_cache(app, name)))
-
-
-def _figures(env: BuildEnvironment) -> dict[str, list[str]]:
-    """The captioned figures of each page in their order: addresses, empty without a name."""
-    if not hasattr(env, "book_figures"):
-        env.book_figures, env.book_links, env.book_numbers = {}, {}, {}
-    return env.book_figures
-
-
-def _forget_figures(app: Sphinx, env: BuildEnvironment, page: str) -> None:
-    _figures(env).pop(page, None)
-    env.book_links.pop(page, None)
-
-
-def _merge_figures(
-    app: Sphinx, env: BuildEnvironment, pages: Iterable[str], other: BuildEnvironment
-) -> None:
-    known, read = _figures(env), _figures(other)
-    for page in pages:
-        known[page], env.book_links[page] = read[page], other.book_links[page]
-
-
-def _note_figures(app: Sphinx, doctree: nodes.document) -> None:
-    """Note which figures a page shows and which it refers to."""
-    page = app.env.docname
-    outputs = [node.astext() for node in doctree.findall(nodes.raw) if node["format"] == "html"]
-    _figures(app.env)[page] = [
-        match["id"] or ""
-        for output in outputs
-        for match in _FIGURE.finditer(output)
-        if _CAPTION.search(match["inside"])
-    ]
-    links = [node for node in doctree.findall(pending_xref) if "reftarget" in node]
-    links = [node for node in links if node["reftarget"].startswith("fig-")]
-    app.env.book_links[page] = {node["reftarget"] for node in links}
-    for node in links:
-        if node.astext() == UNNUMBERED:
-            node["refexplicit"] = False
-            node.children = [nodes.inline()]
-
-
-def _number_figures(app: Sphinx, env: BuildEnvironment) -> list[str]:
-    """Number the figures of the book; return the pages that refer to a number that has changed."""
-    names = env.get_domain("std")
-    numbers: dict[str, tuple[str, str]] = {}
-    for page, figures in sorted(_figures(env).items()):
-        for figure, number in zip(figures, _numbers(env, page), strict=True):
-            if figure in numbers:
-                _LOG.warning("figure %s stands twice: %s", figure, numbers[figure], location=page)
-            if figure:
-                numbers[figure] = page, number
-                names.anonlabels[figure] = page, figure
-                names.labels[figure] = page, figure, number
-    changed = {name for name, place in numbers.items() if env.book_numbers.get(name) != place}
-    changed |= env.book_numbers.keys() - numbers.keys()
-    env.book_numbers = numbers
-    return [page for page, links in env.book_links.items() if links & changed]
-
-
-def _numbers(env: BuildEnvironment, page: str) -> list[str]:
-    chapter = env.toc_secnumbers.get(page, {}).get("", ())
-    count = len(_figures(env).get(page, ()))
-    return [f"Fig. {'.'.join(map(str, (*chapter, k)))}" for k in range(1, count + 1)]
-
-
-def _write_numbers(
-    app: Sphinx, pagename: str, templatename: str, context: dict[str, Any], doctree: object
-) -> None:
-    """Write into each caption the number of its figure."""
-    numbers = iter(_numbers(app.env, pagename))
-
-    def write(match: re.Match[str]) -> str:
-        return _CAPTION.sub(
-            lambda caption: f'{caption[0]}<span class="rp-number">{next(numbers)}</span> ', match[0]
-        )
-
-    if context.get("body"):
-        context["body"] = _FIGURE.sub(write, context["body"])
 
 
 def _caches(app: Sphinx) -> Path:
@@ -325,7 +205,6 @@ def _copy_mathjax(app: Sphinx) -> None:
 def _finish_page(
     app: Sphinx, pagename: str, templatename: str, context: dict[str, Any], doctree: object
 ) -> None:
-    context["default_mode"] = "auto"
     context["script_files"] = list(_local(context["script_files"]))
     context["css_files"] = [css for css in context["css_files"] if "thebe" not in str(css.filename)]
     if menu := context.get("generate_toctree_html"):
@@ -336,18 +215,10 @@ def _finish_page(
         return
     body = context["body"].replace('<div role="list" class="citation', '<div class="citation')
     body = body.replace('<summary aria-label="Toggle hidden content">', "<summary>")
-    body = with_mathml(_first_only(_answers_last(body.replace(COMPARED, ""))))
-    if any(word in body for word in SCRIPTED):
+    body = with_mathml(_first_only(body.replace(COMPARED, "")))
+    if SCRIPTED in body and NO_SCRIPTS not in body:
         body = NO_SCRIPTS + body
-
-    def store(match: re.Match[str]) -> str:
-        kind, identifier, name = match["kind"], match["id"], match["name"]
-        _store(Path(app.outdir) / STORED, identifier, name, json.loads(match["states"]))
-        place = context["pathto"](f"{STORED}/{name}.js", 1)
-        opening = f'<div class="{kind}" id="{identifier}" data-states="{place}">'
-        return f"{opening}{match['inside']}</div>"
-
-    context["body"] = _STATES.sub(store, body)
+    context["body"] = body
 
 
 def _share_menu(
@@ -379,21 +250,6 @@ def _with_names(menu: Callable[..., Any]) -> Callable[..., Any]:
     return named
 
 
-def _answers_last(body: str) -> str:
-    """Move the answer of each bet, which only paper shows, to the end of its section."""
-    while waiting := _ANSWER.search(body):
-        start, end = waiting.span()
-        deep = 0
-        for edge in _SECTION.finditer(body, end):
-            deep += -1 if edge[0].startswith("</") else 1
-            if deep < 0:
-                break
-        answer = waiting[0].replace(_WAITING, "", 1)
-        last = edge.start() if deep < 0 else end
-        body = body[:start] + body[end:last] + answer + body[last:]
-    return body
-
-
 def _first_only(body: str) -> str:
     """Drop the name of every badge of a claim but the first: a page names a thing once."""
     seen: set[str] = set()
@@ -406,19 +262,6 @@ def _first_only(body: str) -> str:
     return _BADGE.sub(keep, body)
 
 
-def _store(folder: Path, identifier: str, name: str, states: str | list[list[Any]]) -> None:
-    """Write the states of an explorer or a film as a classic script, pictures as files."""
-    folder.mkdir(parents=True, exist_ok=True)
-    if isinstance(states, list):
-        for number, state in enumerate(states):
-            data, state[0] = base64.b64decode(state[0]), f"{name}-{number}.webp"
-            with written(folder / state[0]) as beside:
-                beside.write_bytes(data)
-    script = f'robotPerception.register("{identifier}", {json.dumps(states)});\n'
-    with written(folder / f"{name}.js") as beside:
-        beside.write_text(script, "utf-8")
-
-
 def _store_source(folder: Path, source: Path, context: dict[str, Any]) -> None:
     """Write the source of a page as a script too, by which it is saved without a server."""
     script = folder / f"{context['sourcename']}.js"
@@ -426,18 +269,6 @@ def _store_source(folder: Path, source: Path, context: dict[str, Any]) -> None:
     name, text = json.dumps(source.name), json.dumps(source.read_text("utf-8"))
     with written(script) as beside:
         beside.write_text(f"robotPerceptionSave({name}, {text});\n", "utf-8")
-
-
-def _drop_orphans(app: Sphinx, exception: Exception | None) -> None:
-    """Remove states of explorers and films that no page shows any more."""
-    stored = Path(app.outdir) / STORED
-    if exception is not None or not stored.is_dir():
-        return
-    pages = (page.read_text("utf-8") for page in Path(app.outdir).glob("*.html"))
-    shown = {name for page in pages for name in re.findall(r"explorers/(\w+)\.js", page)}
-    for path in stored.iterdir():
-        if re.split(r"[-.]", path.name)[0] not in shown:
-            path.unlink()
 
 
 def _local(scripts: Iterable[Any]) -> Iterable[Any]:
@@ -448,16 +279,3 @@ def _local(scripts: Iterable[Any]) -> Iterable[Any]:
         foreign = "://" in name or "thebe" in name or "thebe" in body
         if not (foreign or "widget-state" in kind):
             yield script
-
-
-def _theme_script() -> str:
-    """Set the theme before the first paint; the theme's own script accepts only light and dark.
-
-    A page whose scripts run says so, to its style sheet.
-    """
-    return (
-        'document.documentElement.classList.add("rp-scripted");'
-        "{const page = document.documentElement.dataset;"
-        'if (page.theme !== "light" && page.theme !== "dark")'
-        ' page.theme = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";}'
-    )

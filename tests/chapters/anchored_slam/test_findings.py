@@ -5,10 +5,10 @@ from itertools import pairwise, product
 import numpy as np
 import pytest
 
+from explorables.figures import figure
 from robot_perception.book import anchored_slam as page
 from robot_perception.book.recordings_robots import UTIAS
 from robot_perception.chapters.anchored_slam import figures as draw
-from robot_perception.teaching.figures import figure
 
 # Worlds moved
 

@@ -8,6 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
+from explorables.figures import figure
+from explorables.figures.style import MEANING
 from robot_perception import chapters, datasets
 from robot_perception.book import recordings_corners, recordings_park, recordings_robots
 from robot_perception.chapters.anchored_slam import figures as drawings
@@ -25,9 +27,7 @@ from robot_perception.slam.planar import (
     smooth,
 )
 from robot_perception.slam.planar.calibration import Calibration
-from robot_perception.teaching.figures import figure
-from robot_perception.teaching.figures.style import MEANING
-from robot_perception.teaching.records import records
+from studies.records import records
 from tests.slam.planar.logged import DELAY, DRAG, LANDMARKS, SCALE, SIGMA, make_robot
 
 # ---- five robots ---------------------------------------------------------------------------------

@@ -23,7 +23,7 @@ from robot_perception.slam.observability import (
     information_along,
     trajectory_matrix,
 )
-from robot_perception.teaching.rows import Rows, framed
+from studies.rows import Rows, framed
 
 RNG = np.random.default_rng
 RUNS = 400

@@ -23,7 +23,7 @@ from robot_perception.chapters.arm_likelihoods.scene import (
     kinds,
     swept,
 )
-from robot_perception.teaching.rows import Rows
+from studies.rows import Rows
 
 
 def bump(at, height, wide=2.0):

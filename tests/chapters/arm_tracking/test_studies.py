@@ -25,7 +25,7 @@ from robot_perception.chapters.arm_tracking.tracking import (
     follow,
     tracker,
 )
-from robot_perception.teaching.rows import Rows, framed
+from studies.rows import Rows, framed
 
 
 def run_of(wrists, angles=None):

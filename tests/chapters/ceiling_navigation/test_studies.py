@@ -14,7 +14,7 @@ from robot_perception.ceiling.mosaic import Links, Mosaic
 from robot_perception.ceiling.visual_memory import Follower, KeyImage
 from robot_perception.chapters.ceiling_navigation.scene import BORDER, CENTRE, HALF, MOUNT, SCALE
 from robot_perception.geometry import se2, wrap_angle
-from robot_perception.teaching.rows import Rows, framed
+from studies.rows import Rows, framed
 
 RNG = np.random.default_rng
 

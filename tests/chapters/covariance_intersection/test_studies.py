@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from explorables.figures import figure
 from robot_perception import fusion
 from robot_perception.beliefs import Gaussian
 from robot_perception.book import covariance_intersection as ci
 from robot_perception.chapters.covariance_intersection import figures as draw
-from robot_perception.teaching.figures import figure
 
 RNG = np.random.default_rng
 FEW = 3

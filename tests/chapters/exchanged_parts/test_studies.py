@@ -14,10 +14,10 @@ from hypothesis.extra.numpy import arrays
 from robot_perception.appearance.colour_histograms import intersection, intersection_of_shares
 from robot_perception.book import exchanged_parts as page
 from robot_perception.companion.cues import bhattacharyya
-from robot_perception.evaluation.intervals import exact
 from robot_perception.people.aggregation import AggregationRules
 from robot_perception.people.tracker import PeopleTracker
-from robot_perception.teaching.rows import Rows
+from studies.intervals import exact
+from studies.rows import Rows
 
 HEAD = arrays(float, 6, elements=st.integers(0, 40).map(float)).filter(lambda M: M.sum() > 0)
 SHARE = arrays(float, 6, elements=st.sampled_from([0.0, 0.5, 1.0]))

@@ -9,8 +9,8 @@ from robot_perception.appearance import head_ellipse
 from robot_perception.appearance.colour_spaces import Binning
 from robot_perception.appearance.head_ellipse import Ellipse, HeadTracker
 from robot_perception.book import head_tracking as heads
-from robot_perception.evaluation.intervals import exact
-from robot_perception.teaching.rows import Rows, framed
+from studies.intervals import exact
+from studies.rows import Rows, framed
 
 FRAMES, SIZE = 12, (80, 60)
 

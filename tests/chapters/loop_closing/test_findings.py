@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from explorables.figures import figure
+from explorables.figures.style import MEANING
 from robot_perception.book import loop_closing as loop
 from robot_perception.chapters.loop_closing import figures as draw
-from robot_perception.teaching.figures import figure
-from robot_perception.teaching.figures.style import MEANING
 from tests.chapters.findings import limits
 
 # The building

@@ -9,10 +9,10 @@ from data_synth.posts import glimpse
 from data_synth.wheels import SMALL, roll
 from robot_perception.book import loop_closing as loop
 from robot_perception.evaluation.consistency import average_bounds
-from robot_perception.evaluation.intervals import bootstrap_mean
 from robot_perception.observations import Observations
 from robot_perception.slam import planar
-from robot_perception.teaching.rows import Rows, framed
+from studies.intervals import bootstrap_mean
+from studies.rows import Rows, framed
 from tests.unchecked import unchecked
 
 RNG = np.random.default_rng

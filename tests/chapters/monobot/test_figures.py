@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from explorables.figures import figure
+from explorables.figures.style import MEANING
 from robot_perception.book.monobot import FIG3, FIG4, monobot, planes, ride
 from robot_perception.chapters.monobot import figures as draw
 from robot_perception.chapters.monobot import recordings
 from robot_perception.evaluation.consistency import average_bounds
-from robot_perception.teaching.figures import figure
-from robot_perception.teaching.figures.style import MEANING
 
 RNG = np.random.default_rng
 

@@ -8,9 +8,9 @@ from data_synth.monobot import planned_path, simulate_rail
 from robot_perception.beliefs import Gaussian
 from robot_perception.book import monobot as book
 from robot_perception.book.monobot import FIG3, FIG4, GOLDEN
-from robot_perception.evaluation import intervals
 from robot_perception.evaluation.consistency import average_bounds, normalised_squared
 from robot_perception.slam.monobot import Reference, run_filter, run_referenced
+from studies import intervals
 
 RUNS = 400
 RNG = np.random.default_rng

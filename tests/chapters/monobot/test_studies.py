@@ -10,12 +10,12 @@ from scipy import stats
 from robot_perception.beliefs import Gaussian
 from robot_perception.book import monobot as book
 from robot_perception.book.monobot import GOLDEN
-from robot_perception.evaluation import intervals
 from robot_perception.evaluation.consistency import average_bounds
-from robot_perception.evaluation.intervals import Interval
 from robot_perception.kalman import Sensor, predict
 from robot_perception.slam.monobot import motion, settled
-from robot_perception.teaching.claims import Finding
+from studies import intervals
+from studies.claims import Finding
+from studies.intervals import Interval
 
 ONE, MAP, SUM = book.READINGS.values()
 
@@ -38,7 +38,7 @@ def test_information_slopes_are_the_closed_forms():
     finding = book.fisher_growth.find()
     for slope, form in finding.tables["slopes"].rows.values():
         assert slope == pytest.approx(form, rel=1e-9)
-    known = finding.evidence["information on the state itself after 100 steps, n = 1"].estimate
+    known = book.fisher_growth.study.rows().of("as it is", landmarks=1)[-1]
     assert known == pytest.approx(GOLDEN, rel=1e-9)
 
 
@@ -67,7 +67,7 @@ def test_the_share_that_the_first_measurement_explains_is_the_one_that_is_measur
     finding = book.first_look_stays.find()
     form = book.of_settings("share")["P0 = V = W = 1 m²"]
     assert form == pytest.approx(GOLDEN / 2, rel=1e-9)
-    stated, *measured = finding.evidence.values()
+    stated, *measured = book.explained(book.frozen.rows()).values()
     assert all(near(each, stated.estimate) for each in measured)
     assert finding.value == stated
     factors = finding.tables["factors that the paper leaves out"]
@@ -77,8 +77,7 @@ def test_the_share_that_the_first_measurement_explains_is_the_one_that_is_measur
 
 def test_the_error_that_persists_is_the_one_that_is_measured():
     finding = book.initial_error_persists.find()
-    over_form = finding.evidence["variance at P0 = V = W = 1 over its limit φ"]
-    assert over_form.estimate == pytest.approx(1, rel=1e-9)
+    assert book.of_settings("σ")["P0 = V = W = 1 m²"] ** 2 == pytest.approx(GOLDEN, rel=1e-9)
     stated, measured = book.persistence(book.frozen.rows()).values()
     assert near(measured, stated.estimate)
     assert finding.value == stated
@@ -202,7 +201,8 @@ def test_the_ratio_by_covariance_is_the_one_that_is_measured(study):
 
 
 def test_more_landmarks_never_remove_the_vehicles_own_error():
-    stays = book.many_landmarks_help.find().evidence[book.STAYS]
+    rows = book.fifty.rows()
+    stays = intervals.slope(rows.of("start"), rows.of("many"))
     assert stays.low < 1 < stays.high
 
 
@@ -214,7 +214,7 @@ def sums(count):
 
 def test_the_sum_of_squares_grows_along_a_straight_line_that_misses_the_origin():
     """Closed form: (n + 1) P0 + W a/(a + W) (1 + 2/n) after infinitely many measurements."""
-    evidence = book.statement_proportional.find().evidence
+    evidence = book.sums_of_squares(book.grown.rows().where(start=1.0))
     adds = evidence["what each further landmark adds to it"]
     assert adds.low == pytest.approx(1, abs=0.02)
     assert adds.high == pytest.approx(1, abs=0.02)
@@ -233,7 +233,7 @@ def test_the_sum_of_squares_of_many_doubles_nearly_with_their_number(count):
 
 
 def test_sum_of_squares_by_the_filter_is_the_one_that_is_measured():
-    evidence = book.statement_proportional.find().evidence
+    evidence = book.sums_of_squares(book.grown.rows().where(start=1.0))
     stated = evidence["sum of squares by the filter, n = 50"]
     assert near(evidence["the same, measured"], stated.estimate)
 

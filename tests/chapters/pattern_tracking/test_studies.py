@@ -9,7 +9,7 @@ import pytest
 from robot_perception.book import pattern_tracking as page
 from robot_perception.ceiling.patterns import PatternRules
 from robot_perception.chapters.pattern_tracking.scene import RULES, SIGMAS, START, errors
-from robot_perception.teaching.rows import Rows, framed
+from studies.rows import Rows, framed
 
 RNG = np.random.default_rng
 SHAPE = (240, 320)

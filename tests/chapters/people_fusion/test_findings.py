@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from explorables.figures import figure
 from robot_perception.book import people_fusion as page
 from robot_perception.book.people_fusion import (
     MOMENTS,
@@ -15,8 +16,7 @@ from robot_perception.book.people_fusion import (
     scene,
 )
 from robot_perception.chapters.people_fusion import figures as draw
-from robot_perception.evaluation.intervals import Interval
-from robot_perception.teaching.figures import figure
+from studies.intervals import Interval
 from tests.book import states
 from tests.chapters.findings import limits
 from tests.unchecked import unchecked

@@ -13,7 +13,7 @@ from robot_perception.book import people_fusion as page
 from robot_perception.book.people_fusion import LIBRARY, OURS, RULES
 from robot_perception.geometry import wrap_angle
 from robot_perception.people.aggregation import AggregationRules, Aggregator, Hypotheses
-from robot_perception.teaching.rows import Rows
+from studies.rows import Rows
 from tests.chapters.people_fusion.sessions import session
 from tests.chapters.people_fusion.test_studies import run
 from tests.chapters.people_sensors.test_studies import recording

@@ -10,7 +10,7 @@ from data_synth.people import readings
 from data_synth.people.staging import Config, rig, staged
 from robot_perception.book import people_sensors as page
 from robot_perception.people.skin import SkinState
-from robot_perception.teaching.rows import Rows
+from studies.rows import Rows
 from tests.unchecked import unchecked
 
 ROWS, COLUMNS = page.PICTURE

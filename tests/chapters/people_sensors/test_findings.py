@@ -5,13 +5,13 @@ import pytest
 
 from data_synth.people import LASER_ANGLES, SONAR_ANGLES
 from data_synth.people.staging import RIG, SENSORS
+from explorables.figures import figure, image_axes
 from robot_perception.book import people_sensors as page
 from robot_perception.book.people_sensors import LOOK, NOW, STAND, scene
 from robot_perception.chapters.people_sensors import figures as draw
-from robot_perception.evaluation.intervals import Interval
 from robot_perception.people import legs, sonar
 from robot_perception.people.places import points
-from robot_perception.teaching.figures import figure, image_axes
+from studies.intervals import Interval
 from tests.unchecked import unchecked
 
 

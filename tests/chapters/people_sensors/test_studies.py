@@ -9,7 +9,7 @@ import pytest
 from data_synth.people.staging import SENSORS
 from robot_perception.book import people_sensors as page
 from robot_perception.book.people_sensors import Told
-from robot_perception.teaching.rows import Rows
+from studies.rows import Rows
 
 
 def recording(polar, found, *, clear=True, sensor="laser"):

@@ -5,12 +5,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from explorables.figures import figure
+from explorables.figures.style import MEANING, image_axes
 from robot_perception.book.sift_association import MODELS, RAW, Rooms, expected_distance
 from robot_perception.chapters.sift_association import figures as draw
-from robot_perception.evaluation.intervals import Interval
-from robot_perception.teaching.figures import figure
-from robot_perception.teaching.figures.style import MEANING, image_axes
-from robot_perception.teaching.tables import Table
+from studies.intervals import Interval
+from studies.tables import Table
 from tests.chapters.findings import limits
 
 AROUND = 2.0

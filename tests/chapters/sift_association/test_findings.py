@@ -6,10 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from explorables.figures.style import MEANING
 from robot_perception.book import sift_association as page
 from robot_perception.book.sift_association import ANY
 from robot_perception.chapters.sift_association import recordings
-from robot_perception.teaching.figures.style import MEANING
 from tests.chapters.findings import limits
 
 PLANT, TABLE, VIEW = page.plant, page.deciding, page.aside

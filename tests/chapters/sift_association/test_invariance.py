@@ -8,7 +8,7 @@ from data_synth.stereo import Rig
 from data_synth.textures import paint
 from robot_perception.book import sift_association as page
 from robot_perception.landmarks import detect
-from robot_perception.teaching.rows import Rows, framed
+from studies.rows import Rows, framed
 from tests.landmarks.worlds import descriptors
 
 RNG = np.random.default_rng

@@ -8,7 +8,7 @@ import pytest
 from robot_perception.book import sift_association as page
 from robot_perception.chapters.sift_association import recordings
 from robot_perception.landmarks import Mahalanobis
-from robot_perception.teaching.rows import Rows, framed
+from studies.rows import Rows, framed
 from tests.chapters.sift_association.worlds import clear_views
 from tests.unchecked import unchecked
 

@@ -13,20 +13,17 @@ def test_faces_that_are_asked_for_are_none_of_those_enrolled():
 
 
 def test_strangers_pass_and_more_eigenimages_show_more_of_a_face():
-    table = tutor.by_count(tutor.recognised.rows())
+    table = tutor.by_count()
     assert table["20", "strangers"].low > 0.2
     left = [table[count, "left"].estimate for count in table.rows]
     assert left == sorted(left, reverse=True)
 
 
 def test_light_from_the_side_decides_and_not_which_people():
-    rows = tutor.enrolled.rows()
-    even, other, side = (tutor.known_right(rows, light) for light in tutor.LIGHTS)
-    assert side.high < min(even.low, other.low)
-    let_in = [tutor.strangers_in(rows, light) for light in tutor.LIGHTS]
-    assert max(let_in[0].high, let_in[1].high) < let_in[2].low
-    few = tutor.by_light(rows)
-    assert [row[0] for row in few.rows.values()] == [20, 8, 8]
+    even, other, side = (tutor.real_faces.at(light=light) for light in tutor.LIGHTS)
+    assert side.right.high < min(even.right.low, other.right.low)
+    assert max(even.strangers.high, other.strangers.high) < side.strangers.low
+    assert [row[0] for row in tutor.by_light().rows.values()] == [20, 8, 8]
 
 
 def test_the_detector_looks_at_less_than_a_third_of_the_picture():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from robot_perception.chapters.tutor_face import recordings
-from robot_perception.files import DamagedFile
+from studies.files import DamagedFile
 
 
 def test_forty_eigenimages_recognise_what_is_known_of_the_recording():

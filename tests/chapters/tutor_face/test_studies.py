@@ -7,7 +7,7 @@ import pytest
 
 from robot_perception.book import tutor_face as tutor
 from robot_perception.chapters.tutor_face import recordings
-from robot_perception.teaching.rows import Rows, framed
+from studies.rows import Rows, framed
 
 RNG = np.random.default_rng
 
@@ -61,8 +61,8 @@ def test_rates_are_of_their_turn_and_tone():
     ]
     rows = Rows(framed(trials), "person", {})
     turns, tones = tutor.by_turn(rows), tutor.by_tone(rows)
-    assert turns["found", "0°"].estimate == pytest.approx(2 / 3)
-    assert turns["found", "45°"].estimate == pytest.approx(1 / 3)
+    assert turns["0", "found"].estimate == pytest.approx(2 / 3)
+    assert turns["45", "found"].estimate == pytest.approx(1 / 3)
     assert list(tones.rows) == ["lightest", "third"]
     assert tones["lightest", "found"].estimate == 1
     assert tones["third", "found"].estimate == 0

@@ -8,7 +8,7 @@ import numpy as np
 from robot_perception.book import tutor_following as page
 from robot_perception.chapters.tutor_following import training
 from robot_perception.chapters.tutor_following.scene import at, hands
-from robot_perception.evaluation.intervals import proportion
+from studies.intervals import proportion
 
 
 def test_the_real_open_hand_is_found_upright_and_not_when_tilted_far():

@@ -16,8 +16,8 @@ from robot_perception.companion.faces.link import Link, SeenFace
 from robot_perception.companion.faces.region import FaceTracker
 from robot_perception.companion.hands.cascade import Goals
 from robot_perception.companion.robot import BODY, CompanionRobot
-from robot_perception.files import DamagedFile
-from robot_perception.teaching.rows import Rows, framed
+from studies.files import DamagedFile
+from studies.rows import Rows, framed
 
 RNG = np.random.default_rng
 PERSON = np.array([[100.0, 50, 60, 100]])
@@ -68,16 +68,6 @@ def test_what_is_not_at_the_hand_is_false_at_each_tilt_and_gesture(monkeypatch):
     assert (trial["false"] == 2).all()
     assert not trial["face"].any()
     assert (trial["tone"] == 3).all()
-
-
-def test_hands_are_compared_with_the_faces_beside_them_where_they_are_upright():
-    shots = {"gesture": ["open"] * 2 + ["fist"], "tilt": [0, 45, 0]}
-    trials = [
-        {"person": k, **shots, "found": [hand, True, True], "face": [face, True, False]}
-        for k, hand, face in ((1, True, True), (2, False, True), (3, False, True), (4, True, False))
-    ]
-    less = page.hand_less_face(Rows(framed(trials), "person", {}))
-    assert less.estimate == pytest.approx(2 / 4 - 3 / 4)
 
 
 # Who is under the box

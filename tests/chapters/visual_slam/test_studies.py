@@ -12,13 +12,13 @@ from scipy.spatial.distance import cdist
 from data_synth import stereo
 from robot_perception.book import visual_slam as slam
 from robot_perception.chapters.visual_slam import figures, recordings
-from robot_perception.evaluation.intervals import bootstrap_mean
 from robot_perception.geometry import se3
 from robot_perception.landmarks.metrics import euclidean_mean
 from robot_perception.observations import Observations
 from robot_perception.particles import StepInfo
 from robot_perception.slam.visual import FrameInfo
-from robot_perception.teaching.rows import Rows
+from studies.intervals import bootstrap_mean
+from studies.rows import Rows
 from tests.chapters.visual_slam.drives import ages, asked_of, begun
 from tests.unchecked import unchecked
 

@@ -19,10 +19,10 @@ from robot_perception.book.walls import (
     worst_case,
     wound,
 )
-from robot_perception.teaching import performance
-from robot_perception.teaching.claims import Finding
-from robot_perception.teaching.records import records
-from robot_perception.teaching.rows import Rows
+from robot_perception.teaching.scores import performance
+from studies.claims import Finding
+from studies.records import records
+from studies.rows import Rows
 
 
 def rows_of(cost, sizes):

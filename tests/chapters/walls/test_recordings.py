@@ -6,7 +6,7 @@ import pytest
 from data_synth.laser import Scanner, scan
 from robot_perception.chapters.walls import recordings
 from robot_perception.datasets import LaserLog, ReadReport
-from robot_perception.teaching.records import records
+from studies.records import records
 
 
 @pytest.mark.parametrize("recording", [recordings.FR079, recordings.INTEL], ids=lambda r: r.store)

@@ -2,43 +2,20 @@
 
 import numpy as np
 
-from robot_perception.evaluation import consistency, intervals, spatial, trajectories
-from robot_perception.evaluation.sweep import sweep
+from robot_perception.evaluation import consistency, spatial, trajectories
 from robot_perception.geometry import se3
 from tests.hostile.sweep import call
 
 RNG = np.random.default_rng(0)
-FIRST, LAST = RNG.uniform(1, 2, 8), RNG.uniform(1, 2, 8)
 TRUTH = np.cumsum(RNG.uniform(0, 1, (6, 3)), axis=0)
 PATH = TRUTH + 0.1
 POSES = se3.exp(np.cumsum(RNG.uniform(0, 0.3, (6, 6)), axis=0))
-
-
-def double(item: int, rng: np.random.Generator) -> int:
-    return 2
 
 
 CALLS = {
     consistency.normalised_squared: lambda: call(np.ones((4, 2)), np.eye(2)),
     consistency.average_bounds: lambda: call(2, 10, 0.95),
     consistency.coverage: lambda: call(np.ones((3, 4)), 2, 0.95, independent=3),
-    intervals.Interval: lambda: call(1.0, 0.5, 1.5, "m", "95 %"),
-    intervals.Interval.shown: lambda: call(intervals.exact(1.0), 3),
-    intervals.Interval.overlaps: lambda: call(intervals.exact(1.0), intervals.exact(2.0)),
-    intervals.largest: lambda: call(intervals.exact(1.0), intervals.exact(2.0)),
-    intervals.exact: lambda: call(1.0, "m", "exact"),
-    intervals.mean: lambda: call(FIRST, "m", 0.9),
-    intervals.proportion: lambda: call(3, 10, 0.9),
-    intervals.spread: lambda: call(FIRST, "m", 0.9, "range"),
-    intervals.bootstrap_mean: lambda: call(FIRST, "m"),
-    intervals.bootstrap_median: lambda: call(FIRST, "m"),
-    intervals.bootstrap_ratio: lambda: call(FIRST, LAST, "ratio"),
-    intervals.correlation: lambda: call(FIRST, LAST),
-    intervals.explained: lambda: call(FIRST, LAST),
-    intervals.slope: lambda: call(FIRST, LAST, "m"),
-    intervals.exponent: lambda: call(FIRST, LAST),
-    intervals.variance_ratio: lambda: call(FIRST, LAST),
-    intervals.root_mean_square: lambda: call(FIRST, "m"),
     trajectories.align: lambda: call(PATH, TRUTH),
     trajectories.absolute_error: lambda: call(PATH, TRUTH, aligned=True),
     trajectories.end_error: lambda: call(PATH, TRUTH),
@@ -55,5 +32,4 @@ CALLS = {
     spatial.absolute_error: lambda: call(PATH, TRUTH),
     spatial.relative_error: lambda: call(POSES, POSES, 2),
     spatial.relative_error_over: lambda: call(POSES, POSES, 0.2),
-    sweep: lambda: call(double, [1, 2], rng=np.random.default_rng(0), desc=""),
 }

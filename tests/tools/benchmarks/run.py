@@ -10,7 +10,7 @@ from pathlib import Path
 import click
 from tqdm import tqdm
 
-from robot_perception.teaching import performance
+from robot_perception.teaching.scores import performance
 from tests.tools.benchmarks.harness import Timing, measure
 
 FOLDER = Path(__file__).parent

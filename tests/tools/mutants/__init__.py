@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
-from robot_perception.teaching.cells import STUDY
+from studies.keys.cells import STUDY
 
 NOTEBOOK = ".ipynb"
 ROOT = Path(__file__).parents[3]

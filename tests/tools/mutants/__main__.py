@@ -21,7 +21,7 @@ import grimp
 from joblib import Parallel, delayed
 from tqdm import tqdm
 
-from robot_perception.teaching.cells import BOOK
+from robot_perception.project import BOOK
 from tests.tools.mutants import NOTEBOOK, ROOT, Mutant, read, rooms
 
 SHARE = 0.95

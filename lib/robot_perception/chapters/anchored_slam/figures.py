@@ -8,13 +8,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import ScalarFormatter
 
+from explorables.figures import drawn
+from explorables.figures.maps import dots
+from explorables.figures.style import MEANING, AxesRow, band, ellipses, label
 from robot_perception.chapters.monobot import figures
 from robot_perception.chapters.monobot.figures import MEASUREMENTS, Runs
 from robot_perception.gating import chi_squared_quantile
 from robot_perception.geometry import act
-from robot_perception.teaching.figures import drawn
-from robot_perception.teaching.figures.maps import dots
-from robot_perception.teaching.figures.style import MEANING, AxesRow, band, ellipses, label
 
 
 def _note(ax: Axes, x: float, y: float, text: str, colour: str, **style: float | str) -> None:

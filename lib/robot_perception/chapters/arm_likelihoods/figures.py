@@ -8,11 +8,11 @@ from jaxtyping import Bool, Float
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from explorables.figures import drawn, figure
+from explorables.figures.maps import picture
+from explorables.figures.style import MEANING, label
 from robot_perception.chapters.arm_likelihoods import scene
 from robot_perception.chapters.arm_likelihoods.scene import AWAY, AWAYS, BEND, BENDS, Glance
-from robot_perception.teaching.figures import drawn, figure
-from robot_perception.teaching.figures.maps import picture
-from robot_perception.teaching.figures.style import MEANING, label
 
 _AXES = {"left": 0.005, "right": 0.975, "bottom": 0.15, "top": 0.97, "wspace": 0.24}
 _HALF = 2.5

@@ -7,15 +7,15 @@ from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from explorables.figures import drawn, figure
+from explorables.figures.charts import bars, curve
+from explorables.figures.maps import picture
+from explorables.figures.style import MEANING
 from robot_perception.chapters.arm_likelihoods.figures import outline
 from robot_perception.chapters.arm_tracking import views
 from robot_perception.chapters.arm_tracking.tracking import HELD
-from robot_perception.evaluation.intervals import Interval
-from robot_perception.teaching.figures import drawn, figure
-from robot_perception.teaching.figures.charts import bars, curve
-from robot_perception.teaching.figures.maps import picture
-from robot_perception.teaching.figures.style import MEANING
-from robot_perception.teaching.tables import Table
+from studies.intervals import Interval
+from studies.tables import Table
 
 _PHOTO = {"left": 0.01, "right": 0.99, "bottom": 0.01, "top": 0.99}
 _MIDDLE = np.array([0.0, -0.12, 1.9])

@@ -4,11 +4,11 @@ from collections.abc import Iterator
 
 from matplotlib.figure import Figure
 
+from explorables.figures.films import film
+from explorables.media import Shown
 from robot_perception.chapters.arm_tracking import figures as draw
 from robot_perception.chapters.arm_tracking import views
 from robot_perception.chapters.arm_tracking.tracking import CLUTTER, PLAIN
-from robot_perception.teaching.figures.films import film
-from robot_perception.teaching.media import Shown
 
 FPS = 7.5
 EVERY = 2

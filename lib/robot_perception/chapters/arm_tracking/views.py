@@ -23,7 +23,7 @@ from robot_perception.chapters.arm_tracking.tracking import (
     follow,
     tracker,
 )
-from robot_perception.teaching.recorded import recorded
+from studies.stored.recorded import recorded
 
 POINTS, GESTURES = CHOOSING[9], CHOOSING[17]
 """Seeds of the films that are shown; none that is scored."""

@@ -11,12 +11,12 @@ import numpy as np
 from jaxtyping import Float
 from matplotlib.axes import Axes
 
+from explorables.figures import drawn
+from explorables.figures.charts import bars
+from explorables.figures.style import MEANING, label
 from robot_perception.chapters.ceiling_navigation.scene import HALF, Plan
 from robot_perception.geometry import se2
-from robot_perception.teaching.figures import drawn
-from robot_perception.teaching.figures.charts import bars
-from robot_perception.teaching.figures.style import MEANING, label
-from robot_perception.teaching.tables import Table
+from studies.tables import Table
 
 _BARE = {"left": 0.01, "right": 0.99, "bottom": 0.02, "top": 0.88, "wspace": 0.05}
 _TRIANGLE = np.array([[0.28, 0.0], [-0.14, 0.13], [-0.14, -0.13], [0.28, 0.0]])

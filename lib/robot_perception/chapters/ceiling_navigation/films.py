@@ -6,11 +6,11 @@ from types import SimpleNamespace
 from matplotlib.figure import Figure
 
 from data_synth.ceiling import CeilingCamera
+from explorables.figures import figure
+from explorables.figures.films import film
+from explorables.media import Shown
 from robot_perception.chapters.ceiling_navigation import figures as draw
 from robot_perception.chapters.ceiling_navigation.scene import MOUNT, plan
-from robot_perception.teaching.figures import figure
-from robot_perception.teaching.figures.films import film
-from robot_perception.teaching.media import Shown
 
 FPS = 8.0
 EVERY = 2

@@ -9,11 +9,11 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 
 from data_synth.coloured import Sequence as Film
+from explorables.figures import drawn
+from explorables.figures.style import MEANING, label, on_plate
 from robot_perception.appearance.affine_snake import area
 from robot_perception.chapters.colour_and_shape.films import LINES, outline, picture
-from robot_perception.evaluation.intervals import Interval
-from robot_perception.teaching.figures import drawn
-from robot_perception.teaching.figures.style import MEANING, label, on_plate
+from studies.intervals import Interval
 
 LOST = 0.2
 """Overlap below which an outline is no longer on the object."""

@@ -8,10 +8,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from data_synth.coloured import Sequence
-from robot_perception.teaching.figures import figure
-from robot_perception.teaching.figures.films import film
-from robot_perception.teaching.figures.style import MEANING
-from robot_perception.teaching.media import Shown
+from explorables.figures import figure
+from explorables.figures.films import film
+from explorables.figures.style import MEANING
+from explorables.media import Shown
 
 EVERY = 2
 """Which of the frames a film shows."""

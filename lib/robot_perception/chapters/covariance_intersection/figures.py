@@ -8,9 +8,9 @@ from types import SimpleNamespace
 import numpy as np
 from matplotlib.axes import Axes
 
+from explorables.figures import drawn
+from explorables.figures.style import MEANING, AxesRow, band, ellipses, label
 from robot_perception.fusion import covariance_intersection
-from robot_perception.teaching.figures import drawn
-from robot_perception.teaching.figures.style import MEANING, AxesRow, band, ellipses, label
 
 REACH = 2.3
 """Half the width of the explorer of two Gaussians, standard deviations of one unit."""

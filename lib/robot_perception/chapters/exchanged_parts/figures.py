@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from robot_perception.teaching.figures import drawn
-from robot_perception.teaching.figures.maps import picture
-from robot_perception.teaching.figures.style import MEANING, label
-from robot_perception.teaching.rows import Rows
+from explorables.figures import drawn
+from explorables.figures.maps import picture
+from explorables.figures.style import MEANING, label
+from studies.rows import Rows
 
 _TURN = np.linspace(0, 2 * np.pi, 73)
 _PHOTO = {"left": 0.01, "right": 0.99, "bottom": 0.01, "top": 0.91}

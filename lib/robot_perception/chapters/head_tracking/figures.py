@@ -10,12 +10,12 @@ import numpy as np
 from jaxtyping import Float
 from matplotlib.axes import Axes
 
+from explorables.figures import drawn
+from explorables.figures.style import MEANING, label
 from robot_perception.appearance.head_ellipse import Ellipse
 from robot_perception.chapters.head_tracking.recordings import OFF, Girl
-from robot_perception.teaching.figures import drawn
-from robot_perception.teaching.figures.style import MEANING, label
-from robot_perception.teaching.recordings import Read
-from robot_perception.teaching.rows import Rows
+from studies.rows import Rows
+from studies.stored.recordings import Read
 
 _TURN = np.linspace(0, 2 * np.pi, 73)
 _PHOTOS = {"left": 0.01, "right": 0.99, "bottom": 0.02, "top": 0.86, "wspace": 0.06}

@@ -7,14 +7,14 @@ import numpy as np
 from jaxtyping import Float, UInt8
 from matplotlib.figure import Figure
 
+from explorables.figures import figure
+from explorables.figures.films import film
+from explorables.figures.style import MEANING
+from explorables.media import Shown
 from robot_perception import datasets
 from robot_perception.chapters.head_tracking import figures as draw
 from robot_perception.chapters.head_tracking.recordings import Girl
 from robot_perception.datasets import read_images
-from robot_perception.teaching.figures import figure
-from robot_perception.teaching.figures.films import film
-from robot_perception.teaching.figures.style import MEANING
-from robot_perception.teaching.media import Shown
 
 FPS = 7.5
 WIDE, NARROW, HIGH = 4.6, 3.6, 1.12

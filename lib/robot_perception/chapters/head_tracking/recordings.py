@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Float, Int64, UInt8
 
-from robot_perception.teaching.tables import Table
+from studies.tables import Table
 
 OFF = 0.2
 """An overlap below that is none; ours."""

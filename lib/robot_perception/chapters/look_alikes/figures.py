@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
+from explorables.figures import drawn
+from explorables.figures.style import MEANING, label
 from robot_perception.chapters.visual_slam.figures import WIDE, ground
-from robot_perception.teaching.figures import drawn
-from robot_perception.teaching.figures.style import MEANING, label
 
 
 @drawn(

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
+from explorables.figures import drawn
+from explorables.figures.maps import dots, lines, plan
+from explorables.figures.style import MEANING, AxesRow, band, ellipses, label
 from robot_perception.evaluation.consistency import average_bounds
-from robot_perception.teaching.figures import drawn
-from robot_perception.teaching.figures.maps import dots, lines, plan
-from robot_perception.teaching.figures.style import MEANING, AxesRow, band, ellipses, label
-from robot_perception.teaching.tables import Table
+from studies.tables import Table
 
 Found = Any
 """Errors and NEES along a path, by filter, or what surveyed posts do: as the notebook makes them,

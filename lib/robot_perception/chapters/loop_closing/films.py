@@ -7,11 +7,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from robot_perception.teaching.figures import figure
-from robot_perception.teaching.figures.films import film
-from robot_perception.teaching.figures.maps import lines, plan
-from robot_perception.teaching.figures.style import MEANING, label
-from robot_perception.teaching.media import Shown
+from explorables.figures import figure
+from explorables.figures.films import film
+from explorables.figures.maps import lines, plan
+from explorables.figures.style import MEANING, label
+from explorables.media import Shown
 
 FPS = 8
 EVERY = 8

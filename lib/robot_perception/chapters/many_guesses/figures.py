@@ -7,11 +7,11 @@ import numpy as np
 from jaxtyping import Float
 from matplotlib.axes import Axes
 
+from explorables.figures import band, drawn
+from explorables.figures.charts import curve
+from explorables.figures.style import MEANING, AxesRow, label
 from robot_perception.chapters.one_belief.figures import BELOW, corridor, filled
-from robot_perception.evaluation.intervals import Interval
-from robot_perception.teaching.figures import band, drawn
-from robot_perception.teaching.figures.charts import curve
-from robot_perception.teaching.figures.style import MEANING, AxesRow, label
+from studies.intervals import Interval
 
 AREA = 1500.0
 """Area of all discs together, square points."""

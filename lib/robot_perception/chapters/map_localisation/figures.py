@@ -8,10 +8,10 @@ from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from robot_perception.teaching.figures import drawn, figure, film
-from robot_perception.teaching.figures.maps import dots, lines, picture, plan
-from robot_perception.teaching.figures.style import MEANING, AxesRow
-from robot_perception.teaching.media import Shown
+from explorables.figures import drawn, figure, film
+from explorables.figures.maps import dots, lines, picture, plan
+from explorables.figures.style import MEANING, AxesRow
+from explorables.media import Shown
 
 FLOOR = np.array([[-0.6, -5.6], [20.7, 7.8]])
 """Corners of the axes around the walls, m."""

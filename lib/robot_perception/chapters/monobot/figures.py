@@ -9,10 +9,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import ScalarFormatter
 
+from explorables.figures import drawn
+from explorables.figures.style import MEANING, AxesRow, band, ellipses, label
 from robot_perception.evaluation.consistency import average_bounds
 from robot_perception.slam.monobot import MonobotRun
-from robot_perception.teaching.figures import drawn
-from robot_perception.teaching.figures.style import MEANING, AxesRow, band, ellipses, label
 
 MEASUREMENTS = "measurements after the first"
 

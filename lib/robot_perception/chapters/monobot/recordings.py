@@ -10,7 +10,7 @@ from scipy import stats
 from robot_perception import datasets
 from robot_perception.beliefs import Gaussian
 from robot_perception.slam.monobot import MonobotRun, run_filter
-from robot_perception.teaching.recordings import Recording
+from studies.stored.recordings import Recording
 
 LOG = "intel_odom_and_corrected.log.gz"
 SCANS = slice(72, 88)

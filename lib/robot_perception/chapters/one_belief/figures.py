@@ -12,8 +12,8 @@ import numpy as np
 from jaxtyping import Float
 from matplotlib.axes import Axes
 
-from robot_perception.teaching.figures import band, drawn, label
-from robot_perception.teaching.figures.style import MEANING, AxesRow
+from explorables.figures import band, drawn, label
+from explorables.figures.style import MEANING, AxesRow
 
 BELOW = 0.2
 """The strip with the corridor is so high, as a share of the height of what is above it."""

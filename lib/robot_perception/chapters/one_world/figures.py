@@ -5,12 +5,12 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
+from explorables.figures import drawn
+from explorables.figures.maps import dots
+from explorables.figures.style import MEANING, AxesRow, band, ellipses, label
 from robot_perception.gating import chi_squared_quantile
-from robot_perception.teaching.figures import drawn
-from robot_perception.teaching.figures.maps import dots
-from robot_perception.teaching.figures.style import MEANING, AxesRow, band, ellipses, label
-from robot_perception.teaching.rows import Rows
-from robot_perception.teaching.tables import Table
+from studies.rows import Rows
+from studies.tables import Table
 
 NEAR = 2.5  # m to each side of the true place
 REGION = float(np.sqrt(chi_squared_quantile(0.95, 2)))  # deviations that hold 95 % of a plane

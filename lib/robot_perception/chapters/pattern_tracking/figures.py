@@ -10,13 +10,13 @@ import numpy as np
 from jaxtyping import Float
 from matplotlib.axes import Axes
 
+from explorables.figures import drawn
+from explorables.figures.charts import curve
+from explorables.figures.style import MEANING, band
 from robot_perception.ceiling.patterns import Pattern
 from robot_perception.chapters.pattern_tracking.recordings import Real
 from robot_perception.chapters.pattern_tracking.scene import COORDINATES, START, WINDOW
-from robot_perception.evaluation.intervals import Interval
-from robot_perception.teaching.figures import drawn
-from robot_perception.teaching.figures.charts import curve
-from robot_perception.teaching.figures.style import MEANING, band
+from studies.intervals import Interval
 
 _PHOTOS = {"left": 0.01, "right": 0.99, "bottom": 0.02, "top": 0.86, "wspace": 0.06}
 

@@ -6,11 +6,11 @@ from types import SimpleNamespace
 import numpy as np
 from matplotlib.figure import Figure
 
+from explorables.figures import figure
+from explorables.figures.films import film
+from explorables.figures.style import MEANING
+from explorables.media import Shown
 from robot_perception.chapters.pattern_tracking import figures as draw
-from robot_perception.teaching.figures import figure
-from robot_perception.teaching.figures.films import film
-from robot_perception.teaching.figures.style import MEANING
-from robot_perception.teaching.media import Shown
 
 FPS = 6.0
 

@@ -17,8 +17,8 @@ from robot_perception.ceiling.tracker import PatternTracker
 from robot_perception.chapters.pattern_tracking.scene import RULES, SIGMAS
 from robot_perception.datasets import read_depth_pair, read_plane_pair
 from robot_perception.geometry import homographies
-from robot_perception.teaching.recordings import Recording
-from robot_perception.teaching.tables import Table
+from studies.stored.recordings import Recording
+from studies.tables import Table
 
 STEPS = 16
 """From the first picture to the last."""

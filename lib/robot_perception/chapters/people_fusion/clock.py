@@ -9,6 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from data_synth.people import LASER_ANGLES
+from explorables.figures.films import film
+from explorables.figures.style import MEANING, figure
+from explorables.media import Shown
 from robot_perception.chapters.people_fusion.figures import aggregated
 from robot_perception.chapters.people_sensors.figures import (
     Room,
@@ -21,9 +24,6 @@ from robot_perception.chapters.people_sensors.figures import (
 )
 from robot_perception.geometry import wrap_angle
 from robot_perception.people.aggregation import AggregationRules, Hypotheses
-from robot_perception.teaching.figures.films import film
-from robot_perception.teaching.figures.style import MEANING, figure
-from robot_perception.teaching.media import Shown
 
 FPS = 5
 TIMES = np.arange(0.4, 10.4, 1 / FPS).round(2)

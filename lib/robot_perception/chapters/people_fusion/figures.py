@@ -7,6 +7,8 @@ import numpy as np
 from jaxtyping import Bool
 from matplotlib.axes import Axes
 
+from explorables.figures import drawn
+from explorables.figures.style import MEANING, label
 from robot_perception.chapters.people_sensors.figures import (
     NAMES,
     Room,
@@ -17,12 +19,10 @@ from robot_perception.chapters.people_sensors.figures import (
     polar,
     rims,
 )
-from robot_perception.evaluation.intervals import Interval
 from robot_perception.geometry import se2
 from robot_perception.people.aggregation import Hypotheses
 from robot_perception.people.trajectories import trajectories
-from robot_perception.teaching.figures import drawn
-from robot_perception.teaching.figures.style import MEANING, label
+from studies.intervals import Interval
 
 OF_THE_PAPER = 0.25, 0.93
 """Share of the hypotheses that are false, and of the people who are tracked."""

@@ -8,13 +8,13 @@ from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from explorables.figures.films import film
+from explorables.figures.maps import lines, plan
+from explorables.figures.style import MEANING, figure, label
+from explorables.media import Shown
 from robot_perception.chapters.people_sensors.figures import CIRCLE, bent
 from robot_perception.geometry import se2
 from robot_perception.people.behaviours import MOVES, PARTNER
-from robot_perception.teaching.figures.films import film
-from robot_perception.teaching.figures.maps import lines, plan
-from robot_perception.teaching.figures.style import MEANING, figure, label
-from robot_perception.teaching.media import Shown
 
 FRAMES = 40
 FPS = 3.0

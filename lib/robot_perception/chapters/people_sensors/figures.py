@@ -11,14 +11,14 @@ from matplotlib.colors import to_rgba
 
 from data_synth.people import LASER_ANGLES, SONAR_ANGLES
 from data_synth.people.staging import RIG
+from explorables.figures import drawn, image_axes
+from explorables.figures.maps import dots, lines
+from explorables.figures.style import MEANING, label
 from robot_perception.beliefs import Gaussian
 from robot_perception.chapters.people_sensors.recordings import Pedestrians
-from robot_perception.evaluation.intervals import Interval
 from robot_perception.people import legs
 from robot_perception.people.places import points
-from robot_perception.teaching.figures import drawn, image_axes
-from robot_perception.teaching.figures.maps import dots, lines
-from robot_perception.teaching.figures.style import MEANING, label
+from studies.intervals import Interval
 
 REACH = 3.4  # the drawings show so much around the robot, m
 NEAR = 2.9  # and that of somebody who stands there so much

@@ -8,7 +8,7 @@ from jaxtyping import Bool, UInt8
 
 from robot_perception.datasets import read_video
 from robot_perception.people.skin import SkinModel, SkinRules
-from robot_perception.teaching.tables import Table
+from studies.tables import Table
 
 EVERY = 10  # of so many frames one is used
 MOVED = 30.0  # a pixel moves if it differs from the median picture by more than that, of 255; ours

@@ -7,12 +7,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from explorables.figures import drawn
+from explorables.figures.charts import curve
+from explorables.figures.style import MEANING, ImageAxes, image_axes, label
 from robot_perception.chapters.sift_association.recordings import Chosen, Pair
-from robot_perception.evaluation.intervals import Interval
-from robot_perception.teaching.figures import drawn
-from robot_perception.teaching.figures.charts import curve
-from robot_perception.teaching.figures.style import MEANING, ImageAxes, image_axes, label
-from robot_perception.teaching.tables import Table
+from studies.intervals import Interval
+from studies.tables import Table
 
 
 def tint(model: str) -> str:

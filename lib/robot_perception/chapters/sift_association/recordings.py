@@ -27,8 +27,8 @@ from robot_perception.landmarks import (
     raw_variances,
     shrunk_variances,
 )
-from robot_perception.teaching.recordings import Recording
-from robot_perception.teaching.tables import Table
+from studies.stored.recordings import Recording
+from studies.tables import Table
 
 RIGHT_PX = 2.0
 """A match is right within so many pixels of the truth."""

@@ -9,12 +9,12 @@ from types import SimpleNamespace
 import numpy as np
 from matplotlib.axes import Axes
 
+from explorables.figures import drawn
+from explorables.figures.charts import curve
+from explorables.figures.maps import picture, square
+from explorables.figures.style import MEANING
 from robot_perception.companion.faces.eigenfaces import Eigenfaces
-from robot_perception.evaluation.intervals import Interval
-from robot_perception.teaching.figures import drawn
-from robot_perception.teaching.figures.charts import curve
-from robot_perception.teaching.figures.maps import picture, square
-from robot_perception.teaching.figures.style import MEANING
+from studies.intervals import Interval
 
 _PHOTO = {"left": 0.01, "right": 0.99, "bottom": 0.01, "top": 0.99}
 

@@ -17,10 +17,10 @@ from robot_perception.companion.boxes import crop, overlap
 from robot_perception.companion.faces.detection import FaceDetector
 from robot_perception.companion.faces.eigenfaces import enrol
 from robot_perception.datasets import read_image
-from robot_perception.evaluation.intervals import proportion
-from robot_perception.files import DamagedFile
-from robot_perception.teaching.recordings import Recording
-from robot_perception.teaching.tables import Table
+from studies.files import DamagedFile
+from studies.intervals import proportion
+from studies.stored.recordings import Recording
+from studies.tables import Table
 
 HALF = 5
 """Pictures of each person at enrolment, the first ones; the others are asked."""
@@ -187,7 +187,7 @@ def marked(file: Path) -> dict[str, np.ndarray]:
 
     Raises
     ------
-    robot_perception.files.DamagedFile
+    studies.files.DamagedFile
         If the file is no XML, or a box has no such numbers.
     """
     try:

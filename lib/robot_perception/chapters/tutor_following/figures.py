@@ -11,14 +11,14 @@ from matplotlib.colors import to_rgb
 from matplotlib.patches import Polygon, Rectangle
 
 from data_synth.companion.hands import hand_window, make_hand
+from explorables.figures import charts, drawn
+from explorables.figures.charts import Arrow, bars, curve
+from explorables.figures.maps import picture, square
+from explorables.figures.style import MEANING, label
 from robot_perception.chapters.tutor_following.training import stored
 from robot_perception.companion.hands.features import SIZE
 from robot_perception.companion.interaction import StateTable
-from robot_perception.teaching.figures import charts, drawn
-from robot_perception.teaching.figures.charts import Arrow, bars, curve
-from robot_perception.teaching.figures.maps import picture, square
-from robot_perception.teaching.figures.style import MEANING, label
-from robot_perception.teaching.tables import Table
+from studies.tables import Table
 
 _PHOTO = {"left": 0.01, "right": 0.99, "bottom": 0.01, "top": 0.99}
 PLACES = {

@@ -14,9 +14,9 @@ import numpy as np
 
 from robot_perception.companion.hands.cascade import Cascade, StageReport
 from robot_perception.datasets import picture_files, read_image, read_video
-from robot_perception.files import DamagedFile, reading
-from robot_perception.teaching.plain import write_json
-from robot_perception.teaching.records import records
+from studies.files import DamagedFile, reading
+from studies.records import records
+from studies.stored.plain import write_json
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -83,7 +83,7 @@ def read(file: Path) -> Trained:
 
     Raises
     ------
-    robot_perception.files.DamagedFile
+    studies.files.DamagedFile
         If it is no JSON, of another version, or something is missing.
     """
     with reading(file, "no trained detector"):

@@ -7,13 +7,13 @@ import numpy as np
 from jaxtyping import Float
 from matplotlib.axes import Axes
 
+from explorables.figures import drawn, film, image_axes
+from explorables.figures.maps import dots, lines, plan
+from explorables.figures.style import MEANING, AxesRow, label
+from explorables.media import Shown
 from robot_perception.chapters.visual_slam.recordings import Followed
 from robot_perception.evaluation.trajectories import align
 from robot_perception.geometry import act
-from robot_perception.teaching.figures import drawn, film, image_axes
-from robot_perception.teaching.figures.maps import dots, lines, plan
-from robot_perception.teaching.figures.style import MEANING, AxesRow, label
-from robot_perception.teaching.media import Shown
 
 FLOOR = np.array([[-0.6, -5.6], [20.7, 7.8]])
 """Corners of the axes around the walls, m."""

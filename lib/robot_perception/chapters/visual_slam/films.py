@@ -8,10 +8,10 @@ from jaxtyping import Float, Int, UInt8
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from explorables.figures import figure, film
+from explorables.figures.style import MEANING, label
+from explorables.media import Shown
 from robot_perception.chapters.visual_slam import figures as draw
-from robot_perception.teaching.figures import figure, film
-from robot_perception.teaching.figures.style import MEANING, label
-from robot_perception.teaching.media import Shown
 
 FPS = 5
 WIDTH, HEIGHT = 6.4, 4.6

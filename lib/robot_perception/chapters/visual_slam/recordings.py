@@ -20,8 +20,8 @@ from robot_perception.landmarks import StereoRules, TrackRules, sight
 from robot_perception.observations import Observations
 from robot_perception.slam import rao_blackwellised as rb
 from robot_perception.slam.planar import Odometry, dead_reckoning
-from robot_perception.teaching.recordings import Recording
-from robot_perception.teaching.tables import Table
+from studies.stored.recordings import Recording
+from studies.tables import Table
 
 SLIP = wheels.LARGE
 PITCH = 0.01  # by how much the camera nods, rad (1σ); ours

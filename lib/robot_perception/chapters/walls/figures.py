@@ -10,10 +10,10 @@ import numpy as np
 from jaxtyping import Float, Int
 from matplotlib.axes import Axes
 
+from explorables.figures import drawn
+from explorables.figures.maps import dots, lines, plan
+from explorables.figures.style import MEANING, band, label
 from robot_perception.chapters.walls.recordings import RecordedMap
-from robot_perception.teaching.figures import drawn
-from robot_perception.teaching.figures.maps import dots, lines, plan
-from robot_perception.teaching.figures.style import MEANING, band, label
 
 
 @drawn(

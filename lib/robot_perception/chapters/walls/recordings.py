@@ -10,7 +10,7 @@ from scipy.stats import median_abs_deviation
 from robot_perception import walls
 from robot_perception.datasets import LaserLog, read_graph_log
 from robot_perception.geometry import act
-from robot_perception.teaching.recordings import Recording
+from studies.stored.recordings import Recording
 
 EXTRACTION = walls.Extraction(walls.RangeNoise(0.02), tolerance=0.1)
 GATE = walls.Gate(roughness=0.05, roughness_angle=float(np.deg2rad(2.0)))

@@ -10,7 +10,6 @@ from jaxtyping import Float, Int
 
 from robot_perception import checks
 from robot_perception.fields import OPEN, checked
-from robot_perception.files import destination, written
 from robot_perception.observations import Observations
 from robot_perception.slam.planar.association import IGNORED, NEW, Association, associate
 from robot_perception.slam.planar.belief import MapBelief, checked_places
@@ -25,6 +24,7 @@ from robot_perception.slam.planar.sensors import (
     checked_sensor,
 )
 from robot_perception.slam.planar.workspace import Workspace
+from studies.files import destination, written
 
 
 @dataclass(frozen=True, eq=False, slots=True)

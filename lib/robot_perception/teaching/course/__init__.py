@@ -1,0 +1,1 @@
+"""A class with the book: weeks, exercises, copies of notebooks and their marks."""

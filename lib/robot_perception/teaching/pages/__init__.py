@@ -1,0 +1,1 @@
+"""What leads through the book: contents, paths, cards, source code beside equations."""

@@ -1,0 +1,1 @@
+"""The ledger on pages: badges, scorecard, overview, the papers, measured times."""

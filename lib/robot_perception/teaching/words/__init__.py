@@ -1,0 +1,1 @@
+"""Words of the pages: numbers in prose, what each word means, formulas."""

@@ -1,0 +1,1 @@
+"""Pages that are executed several at a time, by kernels that start at once."""
