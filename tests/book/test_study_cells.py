@@ -21,7 +21,7 @@ from tests.book.computing import (
 )
 from tests.book.pages import BOOK, notebook
 
-SHOWN, FOLDED, UNSEEN = 30, 42, 53
+SHOWN, FOLDED, UNSEEN = 30, 40, 45
 """Lines of a cell that shows its code, of one behind a fold, and of one that no page shows."""
 FOLDS = 8
 """Most folds that a page shows to readers: proofs, how something was chosen or measured, rows."""

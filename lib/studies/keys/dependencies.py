@@ -41,7 +41,7 @@ NOT_BY_NAME = ("importlib.metadata", "importlib.resources", "importlib.util")
 IRRELEVANT = frozenset({"__pycache__", "front_end", "README.md"})
 """Bytecode; scripts that pages load themselves; what is read by people."""
 COMPUTING = ("studies.checks", "studies.files", "studies.intervals", "studies.sweep")
-"""Of our own modules those on which results depend: the others show, judge and store."""
+"""Modules of this package on which results depend; the others show, judge or store."""
 RECORDS = "studies.records"
 """Names the folder of what is recorded: results depend on what is read there."""
 EFFECTS = "(effects)"
