@@ -11,10 +11,12 @@ from typing import Any
 
 import pytest
 from hypothesis import settings
+from playwright.sync_api import Browser, sync_playwright
 from xdist.scheduler import LoadFileScheduling
 from xdist.workermanage import WorkerController
 
 from tests.proof import RECORD, SECONDS, WHOLE
+from tests.site.browser import launch
 from tests.site.counts import COUNTS
 
 # No test asserts a time; `make test` is green or red by the code alone, not by luck.
@@ -76,6 +78,17 @@ def _held() -> int:
     """Return the bytes of memory that this process holds; none where the system does not say."""
     pages = Path("/proc/self/statm")
     return int(pages.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") if pages.exists() else 0
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    """The system's Chromium, one for all that a worker visits."""
+    with sync_playwright() as playwright:
+        found = launch(playwright)
+        if found is None:
+            pytest.skip("no Chromium on this machine; install the package chromium")
+        yield found
+        found.close()
 
 
 def _noted(terminalreporter: Any) -> Iterator[tuple[str, Any]]:

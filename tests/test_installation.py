@@ -39,6 +39,7 @@ EXTRAS = {
     "studies.pages": "book",
     "studies.registration": "book",
     "studies.rows": "book",
+    "studies.says": "book",
     "studies.stored": "book",
     "studies.sweep": "book",
     "studies.tables": "book",

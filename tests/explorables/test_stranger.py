@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 from bs4 import BeautifulSoup
-from playwright.sync_api import sync_playwright
+from playwright.sync_api import Browser
 
 from explorables.pages import page
-from tests.site.browser import WINDOW, launch
+from tests.site.browser import WINDOW
 
 LIB = Path(__file__).parents[2] / "lib"
 ALONE = """
@@ -66,14 +66,11 @@ def test_the_page_holds_all_that_it_needs(written: Path):
     assert not re.search("robot.?perception", text, re.I)
 
 
-def test_the_page_is_alive_from_the_disk(written: Path):
-    with sync_playwright() as playwright:
-        browser = launch(playwright)
-        if browser is None:
-            pytest.skip("no Chromium on this machine; install the package chromium")
-        opened = browser.new_page(viewport=WINDOW)
-        asked: list[str] = []
-        wrong: list[str] = []
+def test_the_page_is_alive_from_the_disk(written: Path, browser: Browser):
+    asked: list[str] = []
+    wrong: list[str] = []
+    with browser.new_context(viewport=WINDOW) as context:
+        opened = context.new_page()
         opened.on("request", lambda request: asked.append(request.url))
         opened.on("pageerror", lambda error: wrong.append(f"{error}"))
         opened.goto(written.as_uri())
@@ -87,9 +84,8 @@ def test_the_page_is_alive_from_the_disk(written: Path):
             "document.querySelector('.rp-canvas svg').ariaLabel.includes('3.0')"
         )
         assert drawing.inner_html() != before
-        assert not wrong
-        assert asked == [written.as_uri()]
-        browser.close()
+    assert not wrong
+    assert asked == [written.as_uri()]
 
 
 def test_a_part_without_html_is_refused():

@@ -12,10 +12,10 @@ from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, BrowserContext, Page, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, Page
 
 from tests.proof import WHOLE
-from tests.site.browser import PATIENCE_MS, WINDOW, launch
+from tests.site.browser import PATIENCE_MS, WINDOW
 from tests.site.choice import VISITS, Sound, chosen, commit
 from tests.site.contents import PAGES
 from tests.site.counts import COUNTS
@@ -114,17 +114,6 @@ def address(site: Path) -> Iterator[str]:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         yield f"http://127.0.0.1:{server.server_port}/"
         server.shutdown()
-
-
-@pytest.fixture(scope="session")
-def browser() -> Iterator[Browser]:
-    """The system's Chromium."""
-    with sync_playwright() as playwright:
-        found = launch(playwright)
-        if found is None:
-            pytest.skip("no Chromium on this machine; install the package chromium")
-        yield found
-        found.close()
 
 
 @pytest.fixture
