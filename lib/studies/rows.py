@@ -92,8 +92,14 @@ class Rows:
         return replace(self, table=first.reset_index(drop=True).join(means.reset_index(drop=True)))
 
     def mean(self, measure: str, unit: str = "", **levels: Any) -> Interval:
-        """Return the mean of a measure with its bootstrap interval over the rows."""
-        return intervals.bootstrap_mean(self._numbers(measure, levels), unit)
+        """Return the mean of a measure with its bootstrap interval over the rows.
+
+        Where something is so in all rows or in none, a bootstrap has no width: it is their rate.
+        """
+        values = self._numbers(measure, levels)
+        if not unit and self._column(measure).dtype == bool and np.ptp(values) == 0:
+            return self.rate(measure, **levels)
+        return intervals.bootstrap_mean(values, unit)
 
     def rate(self, measure: str, **levels: Any) -> Interval:
         """Return the share of the rows in which something is so, with its Wilson interval."""
@@ -113,8 +119,15 @@ class Rows:
         return float(self._numbers(measure, levels).max())
 
     def share(self, part: str, whole: str, **levels: Any) -> Interval:
-        """Return the sum of one measure over that of another, with its bootstrap interval."""
-        return intervals.bootstrap_ratio(self._numbers(part, levels), self._numbers(whole, levels))
+        """Return the sum of one measure over that of another, with its bootstrap interval.
+
+        Where it is nothing or the whole in every row, the interval is Wilson's over the rows.
+        """
+        parts, wholes = self._numbers(part, levels), self._numbers(whole, levels)
+        for share, all_so in ((0, not parts.any()), (1, np.array_equal(parts, wholes))):
+            if all_so and wholes.any():
+                return intervals.proportion(share * parts.size, parts.size)
+        return intervals.bootstrap_ratio(parts, wholes)
 
     def ratio(self, measure: str, over: Levels, **levels: Any) -> Interval:
         """Return the ratio of the means at two levels of a factor, paired by replicate."""

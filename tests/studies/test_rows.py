@@ -96,6 +96,16 @@ def test_each_kind_of_number_has_its_interval(found, expected):
     assert found.low < found.estimate < found.high
 
 
+@pytest.mark.parametrize(("so", "low"), [(True, 0.757), (False, 0.0)])
+def test_what_is_so_in_all_rows_or_in_none_has_the_interval_of_a_rate(so: bool, low: float):
+    rows = Rows(TABLE[:12].assign(found=so, right=TABLE.seen * so), "film", {})
+    wilson = intervals.proportion(12 * so, 12)
+    assert wilson.low == pytest.approx(low, abs=0.001)
+    assert wilson.high - wilson.low == pytest.approx(0.243, abs=0.001)
+    assert rows.mean("found") == rows.share("right", "seen") == wilson
+    assert rows.mean("right").low > 0 if so else rows.mean("right").high == 0  # counts, no rate
+
+
 def test_medians_and_largest_values():
     assert ROWS.median("error", rule="new") == np.median(NEW.error)
     assert ROWS.largest("seen", rule="new") == NEW.seen.max()
