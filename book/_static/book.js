@@ -1,7 +1,7 @@
 /* One switch shows the code of drawings, tables and controls. Sources are handed over, not shown. What scrolls sideways can be reached by keyboard: wide formulas and code get a place in the tab order. */
 (() => {
   "use strict";
-  const boxes = "mjx-container[display='true'], .bd-article div.math, .bd-article .rp-source .highlight, .bd-article .text_html";
+  const boxes = "mjx-container[display='true'], .bd-article div.math, .bd-article .rp-source .highlight, .bd-article .cell_input pre, .bd-article .text_html";
 
   const machinery = "div.cell.tag_hide-input:not(.tag_fold) > details.hide.above-input";
 
