@@ -1,4 +1,4 @@
-"""What a step of a world hands to its next step, on a grid.
+"""State that a step of a world hands to its next step, on a grid.
 
 Processors and libraries disagree in the last bit of a sine, a root or an arctangent. People who
 decide at every step are chaotic: of one bit their next forty seconds make metres. So whatever a

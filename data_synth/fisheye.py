@@ -66,7 +66,7 @@ class Fisheye:
 
     @property
     def centre_px(self) -> tuple[float, float]:
-        """Where the optical axis meets the image, pixels."""
+        """Point at which the optical axis meets the image, pixels."""
         return (self.size - 1) / 2, (self.size - 1) / 2
 
     def project(self, points: np.ndarray) -> np.ndarray:
@@ -111,7 +111,7 @@ class Fisheye:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Stage:
-    """What stands still: upright faces, boxes, a floor and a ceiling.
+    """Static scene: upright faces, boxes, a floor and a ceiling.
 
     Parameters
     ----------
@@ -240,7 +240,7 @@ class Bodies:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class View:
-    """What comes through the lens before there is any noise.
+    """Light that comes through the lens, before noise.
 
     Parameters
     ----------
@@ -378,7 +378,7 @@ def _rays(camera: Fisheye) -> tuple[np.ndarray, np.ndarray]:
 
 @lru_cache(maxsize=2)
 def _fall_off(camera: Fisheye) -> np.ndarray:
-    """How much of the light the lens lets through, pixel by pixel: none beside its image."""
+    """Share of the light that the lens lets through, pixel by pixel: none beside its image."""
     u, v = camera.centre_px
     rows, columns = np.ogrid[: camera.size, : camera.size]
     off = np.hypot(columns - u, rows - v) / camera.focal_px / camera.widest
@@ -388,8 +388,8 @@ def _fall_off(camera: Fisheye) -> np.ndarray:
 
 @kernel()
 def _around(x, y, heading, walls, boxes, directions, deep):
-    """For each direction in the plan the distance and index of the first wall, and how many boxes
-    are met before it: their near and far ends, which they are and which edge is met, near first.
+    """Return for each direction of the plan the distance and index of the first wall, and how many
+    boxes are met before it: near and far ends, indices and the edge that is met, near first.
     """
     step = 2 * np.pi / directions
     wall, face = np.full(directions, np.inf), np.full(directions, -1, dtype=np.int32)

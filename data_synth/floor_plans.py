@@ -16,7 +16,7 @@ from data_synth.textured_building import _WALL, TexturedBuilding, _Builder
 from data_synth.textures import paint
 
 LENGTH = 81.0
-"""Of each route, m."""
+"""Length of each route, m."""
 
 _RADIUS = 0.8  # of the arcs at the corners of a route, m
 _SAVED = (2 - np.pi / 2) * _RADIUS  # by an arc instead of a corner, m
@@ -389,7 +389,7 @@ NAMES = (
     "long",
     "zigzag",
 )
-"""Of the plans, in their order."""
+"""Names of the plans, in their order."""
 PLANS = (
     _ring(),
     _enfilade(),

@@ -73,7 +73,7 @@ class Scans:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Sight:
-    """What the beams of some scans meet, before any noise.
+    """Points that the beams of some scans meet, before noise.
 
     Parameters
     ----------

@@ -11,7 +11,7 @@ import numpy as np
 from data_synth._checks import deviations, generator, instance, number, reals, whole
 
 Shape = Literal["sine", "there and back", "straight", "at rest"]
-"""How the robot is told to move."""
+"""Kind of motion that the robot is told."""
 
 
 def planned_path(shape: Shape, steps: int, *, start: float, reach: float) -> np.ndarray:
@@ -55,7 +55,7 @@ def planned_path(shape: Shape, steps: int, *, start: float, reach: float) -> np.
 
 @dataclass(frozen=True, eq=False, slots=True)
 class RailRuns:
-    """What happened in each run, and what the robot measured.
+    """Truth and measurements of each run.
 
     Parameters
     ----------

@@ -74,7 +74,7 @@ class SonarRing:
 
     @property
     def angles(self) -> np.ndarray:
-        """Where the sonars look, counter-clockwise from ahead, rad: (count,)."""
+        """Directions of the sonars, counter-clockwise from ahead, rad: (count,)."""
         return (np.arange(self.count) + 0.5) * 2 * np.pi / self.count - np.pi
 
 

@@ -167,7 +167,7 @@ class Rig:
 
     @property
     def centre_px(self) -> tuple[float, float]:
-        """Where the optical axis meets the image, pixels."""
+        """Point at which the optical axis meets the image, pixels."""
         return (self.size[0] - 1) / 2, (self.size[1] - 1) / 2
 
     @property
@@ -192,7 +192,7 @@ class StereoFrame:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Sight:
-    """What the rays of some pixels meet.
+    """Points that the rays of some pixels meet.
 
     Parameters
     ----------
@@ -457,7 +457,7 @@ def _eye(rig: Rig, pose: np.ndarray, across: float) -> tuple[np.ndarray, np.ndar
 
 
 def _warps(scene: Scene, rig: Rig, pose: np.ndarray, across: float) -> np.ndarray:
-    """For each surface the warp from pixels to (a, b, 1) / depth, (surfaces, 3, 3).
+    """Warp of each surface from pixels to (a, b, 1) / depth, (surfaces, 3, 3).
 
     Zero for a surface seen from behind or from its edge: it covers nothing.
     """

@@ -17,7 +17,7 @@ from data_synth.textures import paint
 from data_synth.wheels import Slip
 
 SLIP = Slip(along=0.03, across=0.015, bend=np.deg2rad(1.0), turn=np.deg2rad(2.0))
-"""Of the wheels on the drive: after 80 m the robot believes to be some metres from where it is."""
+"""Slip of the wheels: after 80 m the robot is some metres from where it believes to be."""
 
 _LONG, _WIDE, _DEEP = 20.1, 2.2, 5.0  # length and width of the corridor, depth of the rooms, m
 _ROOMS = 3  # on each side
@@ -52,7 +52,7 @@ _COUNTS = {
     "papers": 2,
     "lamp": 1,
 }
-"""How many pictures of a kind there are; what is drawn more often looks alike."""
+"""Number of pictures of a kind; what is drawn more often looks alike."""
 
 _TILE = {  # width and height of one copy of what repeats, m
     "plaster": (2.0, 2.0),
@@ -217,7 +217,7 @@ def drive(
 
 
 def _doors(bounds: np.ndarray) -> dict[str, np.ndarray]:
-    """Where along the corridor the middle of each door is, m."""
+    """Places of the doors' middles along the corridor, m."""
     return {
         "below": bounds[:-1] + np.array([3.0, 3.6, 3.4]),
         "above": bounds[1:] - np.array([2.6, 3.9, 3.3]),

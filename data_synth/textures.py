@@ -352,4 +352,4 @@ _PAINTERS: dict[str, Callable[[np.random.Generator], np.ndarray]] = {
 }
 
 KINDS = tuple(_PAINTERS)
-"""What can be painted; the first seven repeat without a seam."""
+"""Kinds of texture; the first seven repeat without a seam."""

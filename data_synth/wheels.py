@@ -1,4 +1,4 @@
-"""What the wheels of a robot report of its way: each step with an error of its own.
+"""Reports of a robot's wheels on its way: each step with an error of its own.
 
 Errors grow like a random walk, with the root of the distance, so that the length of the steps does
 not matter. Written with positions only: no matrix, no filter, nothing shared with the library.
@@ -13,7 +13,7 @@ from data_synth._checks import generator, instance, number, reals
 
 @dataclass(frozen=True, slots=True)
 class Slip:
-    """How wrong the wheels are; all values are ours.
+    """Slip of the wheels; all values are ours.
 
     Parameters
     ----------

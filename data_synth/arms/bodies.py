@@ -60,7 +60,7 @@ class Build:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Outfit:
-    """What the body wears.
+    """Clothes of a body.
 
     Parameters
     ----------

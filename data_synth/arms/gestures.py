@@ -22,13 +22,13 @@ LEAST = np.array([0.15, -0.10, -0.1, 0.05])
 MOST = np.array([2.1, 1.2, 2.6, 2.1])
 """Between which the key poses are drawn, rad."""
 CLOSE, TOUCHING = 0.0, -0.03
-"""In films of the kind "near" limbs come so near to other parts of the body, m; elsewhere they keep
-off them by the second number more."""
+"""Distances of limbs from other parts of the body in films of the kind "near", m; elsewhere
+they keep off them by the second number more."""
 
 
 @dataclass(frozen=True, slots=True)
 class ArmScene:
-    """What happens in a film.
+    """Scene of a film.
 
     Parameters
     ----------

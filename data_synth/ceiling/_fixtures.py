@@ -335,4 +335,4 @@ PAINTERS: dict[str, tuple[Callable[[np.random.Generator], Stamp], float]] = {
     "pipe": (pipe, 0.04),
     "tray": (tray, 0.03),
 }
-"""What paints each kind, and its share of the fixtures of a varied ceiling."""
+"""Painter of each kind, and its share of the fixtures of a varied ceiling."""

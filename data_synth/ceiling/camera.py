@@ -28,7 +28,7 @@ _STEPS = 1 / 256  # in which smoothed greys are kept
 
 @dataclass(frozen=True, slots=True)
 class Mount:
-    """Where a camera is on its robot, and its lens; all values are ours.
+    """Place of a camera on its robot, and its lens; all values are ours.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ class Mount:
 
     @property
     def _corner(self) -> float:
-        """Of all pixels' edges the farthest from the middle, focal lengths."""
+        """Distance of the farthest pixel's edge from the middle, focal lengths."""
         u, v = self.middle
         wide = max(abs(-0.5 - u), abs(self.size[0] - 0.5 - u))
         high = max(abs(-0.5 - v), abs(self.size[1] - 0.5 - v))
@@ -125,7 +125,7 @@ class Mount:
 
     @property
     def _fold(self) -> float:
-        """How far out, in an ideal lens, the image goes on growing: focal lengths."""
+        """Radius in an ideal lens up to which the image goes on growing, focal lengths."""
         first, second = self.distortion
         inner = 9 * first**2 - 20 * second  # where 1 + 3 k₁ r² + 5 k₂ r⁴ is 0
         if inner < 0 or np.sqrt(inner) <= 3 * first:
@@ -135,7 +135,7 @@ class Mount:
 
 @dataclass(frozen=True, slots=True)
 class Exposure:
-    """What a camera makes of light: grey values, all ours.
+    """Exposure of a camera: grey values, all ours.
 
     gain · grey · (1 - vignetting r²) + offset + noise · N(0, 1), where r is 1 as far from the
     optical axis as half a diagonal of the image.

@@ -102,7 +102,7 @@ class Ceiling:
 
     @property
     def side(self) -> float:
-        """Of the whole, m."""
+        """Side of the whole, m."""
         return len(self.texture) * self.resolution
 
     def texels(self, points: np.ndarray) -> np.ndarray:
@@ -245,7 +245,7 @@ def _fix(ground: np.ndarray, stamp: Stamp, fixture: Fixture) -> None:
 
 
 class _Plan:
-    """Where something is already."""
+    """Plan of what is painted already."""
 
     def __init__(self, side: float) -> None:
         self.side = side

@@ -13,7 +13,7 @@ from data_synth.wheels import SMALL, Slip
 Path = Literal["line", "corner", "slalom", "loop"]
 
 RADIUS = 1.5
-"""Of the arcs of a corner and of a loop, m."""
+"""Radius of the arcs of a corner and of a loop, m."""
 
 _QUARTER = np.pi / 2 * RADIUS
 _PIECES: dict[str, tuple[tuple[float, float], ...]] = {  # length, m, and curvature, 1/m

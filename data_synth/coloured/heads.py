@@ -26,7 +26,7 @@ _BITS = 64  # added to the number of an owner
 
 @dataclass(frozen=True, slots=True)
 class HeadScene:
-    """What happens in the room; all values are ours.
+    """Scene in the room; all values are ours.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ class HeadScene:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Person:
-    """Where somebody's head is at a time, and how he looks."""
+    """Place and looks of somebody's head at a time."""
 
     place: Callable[[float], np.ndarray]
     yaw: Callable[[float], float]
@@ -202,7 +202,7 @@ def head(
 
 
 def _shifts(count: int) -> np.ndarray:
-    """Where in a pixel (count, 2) the rays of the moments of an exposure go: spread, mean 0."""
+    """Places in a pixel (count, 2) of the rays of the moments of an exposure: spread, mean 0."""
     scattered = np.arange(count)[:, None] * (0.754878, 0.569840) % 1
     return (scattered.argsort(axis=0).argsort(axis=0) + 0.5) / count - 0.5
 

@@ -28,7 +28,7 @@ _TORSO_DEEP = 0.72  # middle of the shoulders below that of the head, in heights
 
 @dataclass(frozen=True, slots=True)
 class FaceScene:
-    """What happens in a film.
+    """Scene of a film.
 
     Parameters
     ----------

@@ -26,7 +26,7 @@ FACE_BOX = (0.5, 0.518, 0.52)
 """Middle (column, row) and side of the square that a detector of faces marks, as shares of the
 sprite's width, height and height."""
 TURNED = 0.15
-"""How far the middle of that square goes to the side where the head looks to, as a share of the
+"""Shift of that square's middle to the side where the head looks to, as a share of the
 sprite's height."""
 _AROUND, _UP = 330, 210
 _HALF_WIDTH, _HALF_HEIGHT, _HALF_DEPTH = 0.076, 0.118, 0.095
@@ -35,7 +35,7 @@ _MIDDLE = 0.175  # of the head, below the upper edge of the sprite
 
 @dataclass(frozen=True, slots=True)
 class FaceIdentity:
-    """Who it is: what of a face does not change from one look to the next.
+    """Identity of a face: what does not change from one look to the next.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ _HAIRS = linear(
 
 @dataclass(frozen=True, slots=True)
 class FaceView:
-    """How a head is seen.
+    """View of a head.
 
     Parameters
     ----------

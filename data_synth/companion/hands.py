@@ -41,7 +41,7 @@ _FANS = (-0.16, -0.03, 0.09, 0.23)
 
 @dataclass(frozen=True, slots=True)
 class HandPose:
-    """How a hand is held, and whose it is.
+    """Pose of a hand, and its shape.
 
     Parameters
     ----------

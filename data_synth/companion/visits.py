@@ -31,7 +31,7 @@ from data_synth.companion.walks import person_box
 __all__ = ["Order", "Sight", "Stance", "Visit", "Visitor", "make_visit", "make_visitor", "see"]
 
 START = (4.0, 5.0, 0.0)
-"""Where the robot stands at first: x, y (m) and heading (rad)."""
+"""Pose of the robot at first: x, y (m) and heading (rad)."""
 _HEAD = 1.595  # middle of the head's sprite above the ground, m
 _ABOVE, _BESIDE, _REST = (0.36, 1.70), (0.50, 1.22), (0.27, 0.90)
 _WRIST = 0.12  # middle of a hand's sprite above the wrist, m
@@ -44,7 +44,7 @@ _SHORT = (
     ("a stranger's hand", 14), ("", 14), ("tutor", 32), ("hand above", 14), ("walks", 36), ("", 3),
     ("halt", 16), ("leaves", 1),
 )  # fmt: skip
-"""What happens, and for how many pictures at least; no name where nobody wants anything."""
+"""Acts of a visit, each with its least number of pictures; no name where nobody wants anything."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -73,7 +73,7 @@ class Visitor:
 
 @dataclass(frozen=True, slots=True)
 class Stance:
-    """Where a visitor is, and what he does there.
+    """Place of a visitor, and what he does there.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ class Stance:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Sight:
-    """What the camera sees, and what is there.
+    """Picture of the camera, with the truth of what it shows.
 
     Parameters
     ----------
@@ -261,7 +261,7 @@ def _wrapped(angle: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """What somebody does that concerns the robot.
+    """Act of somebody that concerns the robot.
 
     Parameters
     ----------
@@ -305,7 +305,7 @@ class Visit:
 
     @property
     def frames(self) -> int:
-        """How many pictures it lasts."""
+        """Number of pictures that it lasts."""
         return self.orders[-1].last + 1
 
     def order(self, what: str) -> Order:

@@ -28,7 +28,7 @@ _STEPS = 12
 
 @dataclass(frozen=True, slots=True)
 class Clothes:
-    """What a person wears.
+    """Clothes of a person.
 
     Parameters
     ----------

@@ -21,18 +21,18 @@ OCCLUSIONS = {
     "long, half": (25, 0.24),
     "long, whole": (25, 0.0),
 }
-"""For how many pictures the passer-by stops before the person, and how far beside, m."""
+"""Number of pictures for which the passer-by stops before the person, and distance beside, m."""
 LIGHTS = ("steady", "changing", "darker")
 _DARK = np.array([0.36, 0.30, 0.24])  # what is left of the light at the end of the way
 REGION = (-0.25, 0.93, 0.25, 1.75)
-"""What a tracker is told to follow: head and trunk, m to the right of the middle and above the
-ground."""
+"""Region that a tracker is told to follow: head and trunk, m to the right of the middle and
+above the ground."""
 _PACE = 0.11  # of who passes, m a picture: 1.1 m/s
 
 
 @dataclass(frozen=True, slots=True)
 class WalkScene:
-    """What happens in a film.
+    """Scene of a film.
 
     Parameters
     ----------

@@ -30,7 +30,7 @@ _PITCH = 0.9  # swing of an arm, rad for each metre of a leg's swing
 
 @dataclass(frozen=True, slots=True)
 class Person:
-    """What somebody looks like; all values are ours.
+    """Looks of a person; all values are ours.
 
     Parameters
     ----------

@@ -21,7 +21,7 @@ _PATIENCE = 5.0  # before it drives elsewhere, s
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Session:
-    """Who was where, on a grid of times.
+    """True positions of people, on a grid of times.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a robot's sensors report of people in an office, each in its own rhythm."""
+"""Reports of a robot's sensors on people in an office, each at its own rate."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -94,7 +94,7 @@ class FisheyeImage:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Truth:
-    """Who is where, and what each sensor could know of it.
+    """True places of people, and what each sensor could know of them.
 
     Parameters
     ----------
@@ -290,7 +290,7 @@ def _legs(people: Sequence[Person], moment: Moment) -> tuple[np.ndarray, np.ndar
 
 
 def _sweep(scanner, moment, faces, round_, people) -> tuple[np.ndarray, np.ndarray]:
-    """What the rims and the middle of each beam meet: distances and indices (1, beams, 3)."""
+    """Hits of the rims and the middle of each beam: distances and indices (1, beams, 3)."""
     ellipses, _ = _legs(people, moment)
     x, y, heading = moment.robot
     turns = heading + scanner.angles[:, None] + scanner.spot * np.array([-1.0, 0.0, 1.0])

@@ -20,7 +20,7 @@ from data_synth.people.session import Session
 from data_synth.people.world import Moment
 
 SPEED = 343.0
-"""Of sound, m/s."""
+"""Speed of sound, m/s."""
 
 _QUIETEST = 20e-6  # pressure that levels refer to, Pa
 _MOUTH = 0.1, 0.08  # before the axis of the body and below the middle of the head, m
@@ -84,7 +84,7 @@ EARS = MicrophoneArray(np.array([[0.0, 0.1], [0.0, -0.1]]))
 
 @dataclass(frozen=True, slots=True)
 class Acoustics:
-    """How loud everything is; all values are ours.
+    """Loudness of everything; all values are ours.
 
     Parameters
     ----------
@@ -121,13 +121,13 @@ class Acoustics:
 
     @property
     def lead(self) -> float:
-        """How long ago what is heard may have been said, s."""
+        """Longest delay between what is said and what is heard, s."""
         return max(_LONGEST, _TAIL[1] * self.reverberation)
 
 
 @dataclass(frozen=True, slots=True)
 class Manners:
-    """When people speak; all values are ours.
+    """Rules by which people speak; all values are ours.
 
     Parameters
     ----------
@@ -151,7 +151,7 @@ class Manners:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Conversation:
-    """Who speaks when.
+    """Turns of a conversation: who speaks when.
 
     Parameters
     ----------
@@ -195,7 +195,7 @@ class Conversation:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SoundWindow:
-    """What the microphones heard around a time, the middle (s): signals (m, n), Pa."""
+    """Signals of the microphones around a time, the middle (s): (m, n), Pa."""
 
     time: float
     signals: np.ndarray
@@ -269,7 +269,7 @@ def speech(duration: float, rate: float, pitch: float, *, rng: np.random.Generat
 
 
 def _syllables(time: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """How loud it is at each time, and whether that is a vowel."""
+    """Loudness at each time, and whether that is a vowel."""
     count = int(time[-1] / _SYLLABLE[0]) + 2
     ends = np.cumsum(rng.uniform(*_SYLLABLE, count))
     which = np.searchsorted(ends, time, side="right")
@@ -280,7 +280,7 @@ def _syllables(time: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, 
 
 
 def _mouth(frequencies: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """How a mouth passes frequencies: with three formants, less above 500 Hz, little below 120."""
+    """Transfer function of a mouth: with three formants, less above 500 Hz, little below 120."""
     passed = frequencies**2 / (frequencies**2 + 120.0**2) / np.hypot(1.0, frequencies / 500)
     formants = rng.uniform([400, 1000, 2300], [800, 2200, 3000])
     bumps = np.exp(-(((frequencies[:, None] - formants) / 200) ** 2) / 2)
@@ -374,7 +374,7 @@ def delayed(signal: np.ndarray, delays: np.ndarray, gains: np.ndarray) -> np.nda
 
 
 def _response(delays: np.ndarray, gains: np.ndarray, size: int) -> np.ndarray:
-    """How each frequency of a sound passes all ways to each microphone: (m, size // 2 + 1)."""
+    """Transfer function of a sound on all ways to each microphone: (m, size // 2 + 1)."""
     bins = size // 2 + 1
     turn = -2j * np.pi / size * delays[..., None]
     near = np.exp(turn * np.arange(_BLOCK))  # a frequency is a block and a place in it
@@ -383,7 +383,7 @@ def _response(delays: np.ndarray, gains: np.ndarray, size: int) -> np.ndarray:
 
 
 def _tail(count: int, rate: float, acoustics: Acoustics, *, rng: np.random.Generator) -> np.ndarray:
-    """What microphones hear of a click from everywhere (m, n), for a room of 1 m³."""
+    """Signals of a click from everywhere at the microphones (m, n), for a room of 1 m³."""
     time = np.arange(round(acoustics.lead * rate)) / rate
     lasts = max(acoustics.reverberation, 1e-3)
     noise = rng.standard_normal((count, len(time))) * 10.0 ** (-3 * time / lasts)
@@ -480,7 +480,7 @@ class _Hearing:
         self.voice = lru_cache(maxsize=len(session.people) + 1)(self._voice)
 
     def window(self, count: int) -> SoundWindow:
-        """What is heard in one of the windows, from the first on."""
+        """Signals of one of the windows, from the first on."""
         start, talk = count * self.acoustics.window, self.conversation
         end = start + self.acoustics.window
         moment = self.session.at((start + end) / 2)
@@ -495,7 +495,7 @@ class _Hearing:
         return SoundWindow((start + end) / 2, signals)
 
     def _voice(self, turn: int) -> tuple[np.ndarray, np.ndarray]:
-        """What is said in a turn, and what of each frequency comes from everywhere."""
+        """Voice of a turn, and the share of each frequency that comes from everywhere."""
         talk, rate = self.conversation, self.microphones.rate
         own = np.random.default_rng(talk.seeds[turn])
         lasts = talk.ends[turn] - talk.starts[turn]
@@ -504,7 +504,7 @@ class _Hearing:
         return sound, rfft(tail, n=self.size)
 
     def ways(self, person: int, moment: Moment, tail: np.ndarray) -> np.ndarray:
-        """How each frequency of a voice reaches each microphone, against ahead at 1 m: (m, f)."""
+        """Transfer function from a voice to each microphone, relative to 1 m ahead: (m, f)."""
         office, (x, y, heading) = self.session.office, moment.robot
         places, up = self.microphones.places, self.microphones.height
         turn = np.array([[np.cos(heading), np.sin(heading)], [-np.sin(heading), np.cos(heading)]])

@@ -19,16 +19,16 @@ from data_synth.people.world import STEP, Wander
 from data_synth.sonar import SonarRing
 
 SENSORS = ("laser", "sonar", "camera")
-"""Of the paper's robot, in the order of a rig."""
+"""Sensors of the paper's robot, in the order of a rig."""
 
 PEOPLE = 3
-"""In a session."""
+"""Number of people in a session."""
 
 RIG = Rig()
 """The paper's robot with all its sensors at work."""
 
 _TRUTH = Rig(camera=Fisheye(size=8))
-"""For what the sensors could know; the pixels of faces, which take long, are not asked for."""
+"""Rig for what the sensors could know; the pixels of faces, which take long, are not asked for."""
 
 _NEVER = 60.0, 0.001  # when a sensor reads that takes no part, s, and how often after that, Hz
 
@@ -91,7 +91,7 @@ class Config:
 
     @property
     def readings(self) -> int:
-        """How many readings its sensors take."""
+        """Number of readings that its sensors take."""
         used = rig(self.sensors)
         pairs = zip(used.delays, used.rates, strict=True)
         lasting = ((self.duration - delay, rate) for delay, rate in pairs)

@@ -151,7 +151,7 @@ class Visit:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Moment:
-    """Who is where at a time.
+    """Places of people at a time.
 
     Parameters
     ----------
@@ -208,7 +208,7 @@ def between(first: Moment, second: Moment, time: float) -> Moment:
 
 @dataclass(eq=False)
 class _State:
-    """What somebody is up to."""
+    """State of somebody's plan."""
 
     mode: str = "new"  # walks, stands, leaves or is away; astray or with the robot
     until: float = 0.0
@@ -455,7 +455,7 @@ class World:
         state.until = time + 4.0 + 2.0 * long / state.speed
 
     def _out(self, robot: np.ndarray) -> np.ndarray:
-        """Where to leave: past the door of the robot's room, else the end of the corridor."""
+        """Way out: past the door of the robot's room, else the end of the corridor."""
         office, room = self.office, self.office.room_of(robot[:2])
         if room < len(office.doors):
             door = office.doors[room, 0]

@@ -1,4 +1,4 @@
-"""What a cell shows, on a page of the book and in a notebook: style and links of each."""
+"""Outputs of a cell, on a page of the book and in a notebook: style and links of each."""
 
 import re
 from pathlib import Path

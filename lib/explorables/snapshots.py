@@ -16,7 +16,7 @@ STATES = "explorables_states"
 DIGITS = 9
 """Significant digits of a stored number."""
 ARRAY, FIELDS, ENTRIES = "array", "fields", "entries"
-"""What tells arrays, namespaces and dictionaries from sequences."""
+"""Marks that tell arrays, namespaces and dictionaries from sequences."""
 
 
 def snapshot(name: str | None, said: Sequence[tuple[Any, str]]) -> dict[str, Any]:

@@ -29,7 +29,7 @@ from explorables.pages import NO_SCRIPTS, SCRIPTS, SHEETS, THEME
 
 STORED = "_static/explorers"
 UNNUMBERED = "the figure"
-"""What a link to a figure says in a notebook; on a page it is the number."""
+"""Text of a link to a figure in a notebook; on a page it is the number."""
 
 _LOG = logging.getLogger(__name__)
 _FIGURE = re.compile(

@@ -21,7 +21,7 @@ WEBP = "image/webp"
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """What an explorer shows for one setting of its controls."""
+    """One drawing of an explorer: what it shows for one setting of its controls."""
 
     mime: str
     data: bytes

@@ -17,7 +17,7 @@ with needing():
     import cv2
 
 COEFFICIENTS = (0, 4, 5, 8, 12, 14)
-"""How many coefficients of distortion OpenCV takes; none is no distortion."""
+"""Numbers of coefficients of distortion that OpenCV takes; none is no distortion."""
 
 
 def level_mount(position: Float[np.ndarray, "3"]) -> Float[np.ndarray, "4 4"]:

@@ -1,4 +1,4 @@
-"""What to install where a package is missing that the base does without."""
+"""Hints on what to install where a package is missing that the base does without."""
 
 import re
 from collections.abc import Iterator
@@ -7,7 +7,7 @@ from importlib.metadata import PackageNotFoundError, requires
 from importlib.util import find_spec
 
 NAMES = {"cv2": "opencv-python-headless", "PIL": "pillow", "yaml": "pyyaml"}
-"""What is installed, where it is not called as what is imported."""
+"""Name to install, where it differs from the name to import."""
 
 
 def extra_of(package: str) -> str:

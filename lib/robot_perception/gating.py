@@ -1,4 +1,4 @@
-r"""Which measurement belongs to which prediction: gates, nearest neighbour, joint compatibility.
+r"""Data association of measurements and predictions: gates, nearest neighbour, joint compatibility.
 
 The functions know nothing of robots: they take innovations and their covariances. Pairs are rows
 (measurement, target); an assignment gives for each measurement its target, or -1.

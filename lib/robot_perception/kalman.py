@@ -17,7 +17,7 @@ from robot_perception.beliefs import Gaussian
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Motion:
-    r"""How the state moves: :math:`x_{k+1} = F x_k + b + v`, :math:`v \sim \mathcal N(0, Q)`.
+    r"""Linear motion model: :math:`x_{k+1} = F x_k + b + v`, :math:`v \sim \mathcal N(0, Q)`.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ class Motion:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Sensor:
-    r"""What is measured: :math:`z = H x + w`, :math:`w \sim \mathcal N(0, R)`.
+    r"""Linear sensor model: :math:`z = H x + w`, :math:`w \sim \mathcal N(0, R)`.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ class Sensor:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class UpdateInfo:
-    r"""What an update saw.
+    r"""Diagnostics of one update.
 
     Parameters
     ----------
@@ -348,7 +348,7 @@ LOST = "motion and sensor have a steady state that is lost to rounding"
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SteadyState:
-    """Where the covariance of a time-invariant filter settles.
+    """Steady state of the covariance of a time-invariant filter.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a sensor of landmarks saw at one time."""
+"""Observations of a sensor of landmarks at one time."""
 
 from dataclasses import dataclass
 

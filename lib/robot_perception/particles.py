@@ -31,7 +31,7 @@ LogLikelihood = Callable[[States], Logarithms]
 
 @runtime_checkable
 class Scheme(Protocol):
-    """How a step draws the particles that live on."""
+    """Resampling scheme of a step."""
 
     def __call__(
         self, weights: Float[np.ndarray, "m"], count: int, *, rng: np.random.Generator
@@ -41,7 +41,7 @@ class Scheme(Protocol):
 
 @dataclass(frozen=True, eq=False, slots=True)
 class StepInfo:
-    r"""What a step saw.
+    r"""Diagnostics of one step.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What `studies` is told of this book: where its pages and records lie, and whose code counts."""
+"""Description of this book for `studies`: folders of its pages and records, and its packages."""
 
 import hashlib
 from collections.abc import Collection

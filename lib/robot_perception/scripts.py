@@ -1,4 +1,4 @@
-"""What the scripts of "Your own data" share: arguments, places of results, errors in one line."""
+"""Parts that the scripts of "Your own data" share: arguments, results, errors in one line."""
 
 import io
 import math
@@ -70,7 +70,7 @@ WORDS = {
     r"\bread_space_track\b": "judge.py",
     r"\bread_film takes\b": "give",
 }
-"""What sentences of the library name, and how a script has it: an option, a constant, a script."""
+"""Names in the library's sentences, and a script's words for them: options, constants, scripts."""
 FILM = "A film, a folder of pictures with numbers in their names, or a ROS bag."
 TIME_UNITS = ("s", "ms", "us", "ns")  # as `datasets.limits` has them: of each a thousandth
 USUAL_STEP = 0.1  # s between two times of a recording
@@ -184,7 +184,7 @@ class Numbers(Form):
 
 @final
 class Places(Mapping[str, Path]):
-    """Where results go, by the endings of their names.
+    """Places of results, by the endings of their names.
 
     Parameters
     ----------

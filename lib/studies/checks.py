@@ -13,7 +13,7 @@ import numpy as np
 
 LARGEST = 1e100
 COUNTED = 2**53
-"""Where floating point can no longer count."""
+"""Number at which floating point can no longer count."""
 SHORT = reprlib.Repr()
 SHORT.maxother = SHORT.maxstring = 60
 

@@ -20,12 +20,12 @@ from studies.tables import Table
 from studies.verdicts import Accepted, Basis, Condition, Verdict, decide, deciding
 
 STOPPING = "as many as the study has"
-"""When there are enough replicates, unless a claim says otherwise."""
+"""Stopping rule of the replicates, unless a claim says otherwise."""
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What the computation of one claim shows.
+    """Finding of the computation of one claim.
 
     Parameters
     ----------

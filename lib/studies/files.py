@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 from studies.checks import flag, instance, shown
 
 UNFINISHED = ".unfinished-"
-"""How the folders are called in which files are made before they appear in their place."""
+"""Prefix of the folders in which files are made before they appear in their place."""
 A_DAY = 86400.0
 LOST = FileNotFoundError, PermissionError, IsADirectoryError, NotADirectoryError
 

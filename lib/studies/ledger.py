@@ -30,7 +30,7 @@ TEXTS = (
 
 @dataclass(frozen=True, slots=True)
 class Sabotaged:
-    """What a sabotage gave.
+    """Result of a sabotage.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ class Entry:
 
     @property
     def turn(self) -> Turn | None:
-        """How far the accepted range must move to turn the verdict, ``None`` if it cannot."""
+        """Shift of the accepted range that turns the verdict, ``None`` if none does."""
         if self.accepted is None or self.value is None:
             return None
         return turn(self.accepted, self.value)

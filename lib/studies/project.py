@@ -59,7 +59,7 @@ def _cache() -> Path:
 
 @dataclass(frozen=True, slots=True)
 class Project:
-    """What studies must know of the project that they belong to.
+    """Description of the project that studies belong to.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Where a project keeps its recorded results: ledger, registrations, stored runs, rows."""
+"""Paths of a project's recorded results: ledger, registrations, stored runs, rows."""
 
 from pathlib import Path
 

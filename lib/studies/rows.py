@@ -20,7 +20,7 @@ from studies.tables import Cell, Table
 Levels = tuple[str, Any, Any]
 """A factor and two of its levels: the first is compared with the second."""
 Say = Callable[["Rows"], Cell] | tuple[Any, ...]
-"""What a cell of a table says of rows: a function, or a method of `Rows` and its measures."""
+"""Expression over rows in a cell of a table: a function, or a method of `Rows` and its measures."""
 
 
 @dataclass(frozen=True, eq=False, slots=True, repr=False)

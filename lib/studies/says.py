@@ -1,4 +1,4 @@
-"""What the rows of a study say, each thing once: a name, an expression, words.
+"""Measures of a study's rows, each said once: a name, an expression, words.
 
 .. code-block:: python
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Measure:
-    """What rows say at some levels: a function of rows, or of those of the study.
+    """Measure of rows at some levels: a function of rows, or of those of the study.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ class Numbers:
 
 @dataclass(frozen=True, slots=True)
 class When:
-    """What decides whether a claim holds, judged by the claim's own range.
+    """Condition of a claim, judged by the claim's own range.
 
     Parameters
     ----------

@@ -22,7 +22,7 @@ WIDE = 20
 
 
 class Form(StrEnum):
-    """How a quantity is written.
+    """Form in which a quantity is written.
 
     ``share``: in per cent; ``points``: a difference of shares, in points; ``times``: a ratio;
     ``number``: as it is, with its unit.
@@ -42,7 +42,7 @@ ENDS = {
     Form.TIMES: (0.0, math.inf),
     Form.NUMBER: (-math.inf, math.inf),
 }
-"""What no value of a form can pass, as it is written."""
+"""Bounds that no value of a form can pass, as it is written."""
 
 
 def with_interval(value: Interval, form: Form | str) -> str:

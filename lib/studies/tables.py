@@ -10,7 +10,7 @@ from explorables.media import Shown, html_table
 from studies.intervals import Interval
 
 Cell = Interval | float | str | None
-"""What stands in a cell: a number with its interval, a bare one, a word, or nothing."""
+"""Contents of a cell: a number with its interval, a bare one, a word, or nothing."""
 
 
 @dataclass(frozen=True, slots=True)

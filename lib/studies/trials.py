@@ -51,7 +51,7 @@ from studies.stored.results import TRIALS, TRIALS_ANEW, use
 from studies.sweep import sweep
 
 FEW = 3
-"""So many replicates of a study that a reader has changed are computed at once."""
+"""Replicates that are computed at once of a study that a reader has changed."""
 AS_DECLARED = "as declared"
 _TOLD: set[tuple[str | None, str]] = set()
 
@@ -132,7 +132,7 @@ class Trials:
 
     @property
     def replicates(self) -> tuple:
-        """What the trials are repeated on."""
+        """Replicates on which the trials are repeated."""
         return self.axes[self.replicate]
 
     def but(self, **changes: Any) -> "Trials":

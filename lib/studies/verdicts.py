@@ -14,7 +14,7 @@ from studies.intervals import Interval
 
 
 class Basis(StrEnum):
-    """What a verdict stands on.
+    """Basis of a verdict.
 
     ``mathematics``: an identity, a count or a rank, decided by proof, algebra or exhaustive check;
     ``paper``: an experiment repeated on the paper's own terms, every parameter known;
@@ -27,7 +27,7 @@ class Basis(StrEnum):
 
 
 class Verdict(StrEnum):
-    """What the computation shows about a claim."""
+    """Verdict of the computation on a claim."""
 
     REPRODUCED = "reproduced"
     CONDITIONAL = "conditional"
@@ -39,7 +39,7 @@ class Verdict(StrEnum):
 
 
 class Origin(StrEnum):
-    """Who set an accepted range."""
+    """Origin of an accepted range: who set it."""
 
     THEORY = "theory"
     PAPER = "paper"

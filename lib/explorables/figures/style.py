@@ -139,7 +139,7 @@ MEANING = {
     "added": ORANGE,
     "taken off": BLUE,
 }
-"""What a colour stands for, through the whole book; figures name the meaning, never the colour."""
+"""Colour of each meaning, through the whole book; figures name the meaning, never the colour."""
 
 LEFT, RIGHT = 0.8, 0.2
 """Room at the sides of a panel for its labels, inches."""
@@ -154,7 +154,7 @@ TICKS = {
     "grid_color": FAINT,
     "grid_linewidth": 0.6,
 }
-"""Of ticks and grid, said to the axes: a tick that is made later asks matplotlib's own settings."""
+"""Settings of ticks and grid, given to the axes: ticks made later ask matplotlib's own settings."""
 
 LOSSLESS = "rp-lossless"
 """Part of the gid of an image that is stored without loss."""
@@ -226,7 +226,7 @@ class _Powers(Formatter):
 
 
 class _Ground(Rectangle):
-    """What axes are drawn on, and cut off by: all artists share its transformation."""
+    """Ground that axes are drawn on and cut off by: all artists share its transformation."""
 
     def get_transform(self) -> Transform:
         """Return the transformation of the unit square."""

@@ -211,7 +211,7 @@ def _columns(fig: Figure) -> list[Column]:
 
 @dataclass
 class Passage:
-    """What was written of something that is drawn again and again.
+    """Text of something that is drawn again and again.
 
     Parameters
     ----------
@@ -254,7 +254,7 @@ class _Renderer(RendererSVG):
 
     effort = 4
     keeps = False
-    """Whether passages are kept: only where identifiers will be those of the caller's prefix."""
+    """Passages are kept if true: only where identifiers will be those of the caller's prefix."""
 
     def __init__(self, width: float, height: float, stream: io.StringIO) -> None:
         nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
@@ -416,7 +416,7 @@ def _saved(
 
 
 Raw = tuple[str, list[Path]]
-"""What matplotlib writes of a drawing, and its paths, of which one decimal is written."""
+"""Text that matplotlib writes of a drawing, and its paths, written with one decimal."""
 
 
 def _is_heavy(raws: Sequence[Raw]) -> bool:

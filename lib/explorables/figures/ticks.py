@@ -51,7 +51,7 @@ def settings(values: dict[str, Any]) -> Iterator[None]:
 
 @dataclass(frozen=True, slots=True)
 class _Drawn:
-    """What an axis drew of its ticks.
+    """Ticks that an axis has drawn.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What is followed is known by its colours and its outline, alone or together."""
+"""Trackers that know an object by its colours and its outline, alone or together."""
 
 from importlib import import_module
 

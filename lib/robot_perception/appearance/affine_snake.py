@@ -53,7 +53,7 @@ FAR = 1e30
 
 @dataclass(frozen=True, slots=True)
 class SnakeRules:
-    r"""How stiff a snake is, and how it moves. All values are our choice.
+    r"""Stiffness of a snake and rules of its motion. All values are our choice.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ class Affine:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SnakeFit:
-    """Where a snake came to rest.
+    """Result of a fit: the outline at which a snake came to rest.
 
     Parameters
     ----------

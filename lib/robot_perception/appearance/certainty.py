@@ -1,4 +1,4 @@
-r"""How sure it is that an outline is still round what it was round at first.
+r"""Certainty that an outline still surrounds the object that it surrounded at first.
 
 A tracker's own score says how well the best place fits, and there is a best place always. Here the
 place that it chose is looked at again, by what a tracker does not ask:
@@ -29,7 +29,7 @@ Image = UInt8[np.ndarray, "height width 3"]
 
 @dataclass(frozen=True, slots=True)
 class CertaintyRules:
-    """How an outline is looked at again. All values are ours.
+    """Rules by which an outline is looked at again. All values are ours.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ class CertaintyRules:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Original:
-    """What was inside an outline at first.
+    """Contents of an outline in the first picture.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ class Original:
 
 @dataclass(frozen=True, slots=True)
 class Certainty:
-    """What was seen at an outline.
+    """Certainty of one outline, and the parts that it is made of.
 
     Parameters
     ----------

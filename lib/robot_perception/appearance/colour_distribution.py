@@ -200,7 +200,7 @@ def warp(
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Dynamics:
-    r"""How a state moves from frame to frame, by itself or with the one before.
+    r"""Motion model of a state from frame to frame, of first or of second order.
 
     .. math:: x_t = A s_{t-1} + b + B w, \qquad w \sim \mathcal N(0, I)
 
@@ -239,7 +239,7 @@ class Dynamics:
 
     @property
     def order(self) -> int:
-        """How many states before the next one it asks for."""
+        """Number of earlier states that it needs, 1 or 2."""
         return self.A.shape[1] // SIZE
 
     def propagate(

@@ -61,7 +61,7 @@ SNAKE = SnakeRules(reach=(8.0, 3.0))
 
 @dataclass(frozen=True, slots=True)
 class ColourShapeRules:
-    r"""How colours and shape are tracked. The paper gives the form of all, the value of none.
+    r"""Rules of the tracker. The paper gives the form of all, the value of none.
 
     Parameters
     ----------
@@ -166,7 +166,7 @@ class ColourShapeRules:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ColourShapeState:
-    r"""What the tracker knows after a frame; `ColourShapeTracker.start` makes the first.
+    r"""State of the tracker after a frame; `ColourShapeTracker.start` makes the first.
 
     Parameters
     ----------
@@ -199,7 +199,7 @@ class ColourShapeState:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ColourShapeInfo:
-    r"""What a step saw.
+    r"""Diagnostics of one step.
 
     Parameters
     ----------
@@ -497,7 +497,7 @@ class ColourShapeTracker:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Look:
-    """What a sample made of a frame."""
+    """One sample's view of a frame."""
 
     blob: Blob
     start: Outline

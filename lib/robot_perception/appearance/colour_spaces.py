@@ -18,7 +18,7 @@ from robot_perception.kernels import kernel
 __all__ = ["SPACES", "Binning", "ColourSpace"]
 
 ROUNDING = 1e-9
-"""What floating point may lack at the edge of a bin: colours of bytes that do not reach an edge
+"""Rounding error allowed at the edge of a bin: colours of bytes that do not reach an edge
 stay a thousandth of a bin away from it."""
 
 
@@ -80,7 +80,7 @@ class ColourSpace:
 
 
 NAMES = ("RGB", "normalised rgb", "HSI", "opponent")
-"""Of the spaces, in the order in which the kernels number them."""
+"""Names of the spaces, in the order in which the kernels number them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +112,7 @@ class Binning:
 
     @property
     def count(self) -> int:
-        """How many bins there are in all."""
+        """Number of bins in all."""
         return int(np.prod(self.bins))
 
     def index(

@@ -74,12 +74,12 @@ class Ellipse:
 
     @property
     def half_height(self) -> float:
-        """Of the ellipse, px."""
+        """Half the ellipse's height, px."""
         return 1.2 * self.half_width
 
     @property
     def pixels(self) -> int:
-        """How many pixels it has, those outside an image too."""
+        """Number of its pixels, those outside an image included."""
         return _pixels(self.half_width)
 
     def mask(self, size: tuple[int, int]) -> Bool[np.ndarray, "height width"]:
@@ -102,7 +102,7 @@ class Ellipse:
 
 @dataclass(frozen=True, slots=True)
 class HeadRules:
-    r"""How the head is searched, when its model is adapted and when it counts as lost.
+    r"""Rules of the search for the head, of the adaptation of its model, and of its loss.
 
     Parameters
     ----------
@@ -166,7 +166,7 @@ class HeadRules:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class HeadState:
-    """What is known of the head after an image.
+    """State of the head tracker after an image.
 
     Parameters
     ----------
@@ -208,7 +208,7 @@ class HeadState:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class HeadInfo:
-    """What a step of the search saw.
+    """Diagnostics of one step of the search.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-r"""What has the colours of a histogram: the mask of its pixels, and the blob that is the object.
+r"""Segmentation by a histogram's colours: the mask of their pixels, and the object's blob.
 
 Pixels of an object hang together over sides and corners, those of a hole over sides alone. How a
 mask is cleaned, and how wide its boundary is, the paper leaves open: these are our choices.

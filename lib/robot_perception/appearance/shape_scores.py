@@ -1,4 +1,4 @@
-r"""How well a segmentation fits the shape that is tracked: three shares from 0 to 1, and a weight.
+r"""Scores of a segmentation against the tracked shape: three shares from 0 to 1, and a weight.
 
 .. math::
     \rho = \mu_1 (1 - \Phi_{affine}) + \mu_2 (1 - \Phi_{area}) + \mu_3 (1 - \Phi_{quality}), \qquad

@@ -33,7 +33,7 @@ FURTHEST = 200
 
 @dataclass(frozen=True, eq=False, slots=True)
 class CueState:
-    """What a tracker of one cue knows after a frame; its ``start`` makes the first.
+    """State of a tracker by one cue after a frame; its ``start`` makes the first.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ class CueState:
 
 @dataclass(frozen=True, slots=True)
 class CueInfo:
-    """What a tracker of one cue made of a frame.
+    """Diagnostics of one step of a tracker by one cue.
 
     Parameters
     ----------
@@ -241,7 +241,7 @@ class EdgeTracker:
 
 
 STOP = cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 10, 1
-"""Of mean shift: ten steps, or one of less than a pixel, as in OpenCV's tutorial."""
+"""Stopping rule of mean shift: ten steps, or one of less than a pixel, as in OpenCV's tutorial."""
 MOST = 4.0
 """Times its share of the surroundings at which a colour counts fully."""
 RING = np.array([[np.cos(t), np.sin(t)] for t in np.linspace(0, 2 * np.pi, 40, endpoint=False)])

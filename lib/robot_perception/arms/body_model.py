@@ -50,7 +50,7 @@ States = Float[np.ndarray, "m 8"]
 LIMBS = (
     "left upper arm", "left forearm", "left hand", "right upper arm", "right forearm", "right hand",
 )  # fmt: skip
-"""As they lie in the picture."""
+"""Limbs, in the order in which they lie in the picture."""
 REST = np.array([0.24, 0.05, 1.2, 0.25] * 2)
 """Arms that hang beside the body, elbows a little bent forwards, rad; ours."""
 _SLACK = 0.01
@@ -288,7 +288,7 @@ class BodyModel:
 
     @property
     def points(self) -> int:
-        """How many points a silhouette has, hidden ones included."""
+        """Number of points of a silhouette, hidden ones included."""
         return 4 * sum(self.counts)
 
     def joints(self, states: States) -> Float[np.ndarray, "m 2 4 3"]:

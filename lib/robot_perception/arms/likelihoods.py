@@ -1,4 +1,4 @@
-r"""How well a pose of two arms fits a picture, cue by cue.
+r"""Likelihood of a pose of two arms in a picture, cue by cue.
 
 A cue is a function of what a picture says (`Look`) and of bodies in many states (`Bodies`) that
 returns the logarithm of a likelihood for each state, up to a constant; any function of that kind is
@@ -61,14 +61,14 @@ Visible = Bool[np.ndarray, "m n"]
 Logarithms = Float[np.ndarray, " m"]
 
 CHANNELS = ("red", "green", "blue", "intensity")
-"""Of the histograms: three of colour, and one of texture."""
+"""Channels of the histograms: three of colour, and one of texture."""
 COLOUR, TEXTURE = (0, 1, 2), (3,)
 
 
 @final
 @dataclass(frozen=True, slots=True)
 class EdgeRules:
-    """How edges are found; all ours.
+    """Rules of edge detection; all values are ours.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ class EdgeRules:
 @final
 @dataclass(frozen=True, eq=False)
 class Look:
-    """What a picture says, computed once for all states.
+    """Features of a picture, computed once for all states.
 
     Parameters
     ----------
@@ -151,7 +151,7 @@ class Look:
 
     @property
     def moves(self) -> bool:
-        """Whether any edge moves."""
+        """True if an edge moves."""
         return bool((self.moving == 0).any())
 
 

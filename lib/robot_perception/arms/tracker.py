@@ -74,13 +74,13 @@ __all__ = [
 Image = UInt8[np.ndarray, "height width 3"]
 States = Float[np.ndarray, "m 8"]
 _HANDS = (2, 5)
-"""Which limbs are hands."""
+"""Indices of the limbs that are hands."""
 
 
 @final
 @dataclass(frozen=True, eq=False, slots=True)
 class First:
-    """What is known from the first picture, from which cues are made.
+    """Knowledge of the first picture, from which cues are made.
 
     Parameters
     ----------
@@ -131,7 +131,7 @@ as strong as the paper says, and the pull towards the pose at rest."""
 BOUNDS: Mapping[str, CueMaker] = MappingProxyType(
     {"collisions": lambda first: CollisionCue(), "limits": lambda first: LimitCue()}
 )
-"""What a body cannot do. A state that breaks one of these is not measured."""
+"""Cues that bound what a body can do. A state that breaks one of these is not measured."""
 
 
 @final
@@ -194,7 +194,7 @@ class ArmRules:
 @final
 @dataclass(frozen=True, eq=False, slots=True)
 class ArmState:
-    """What is known of the arms.
+    """State of the arm tracker.
 
     Parameters
     ----------
@@ -243,7 +243,7 @@ class ArmState:
 @final
 @dataclass(frozen=True, eq=False, slots=True)
 class ArmInfo:
-    """What a step saw.
+    """Diagnostics of one step.
 
     Parameters
     ----------
@@ -276,7 +276,7 @@ class ArmInfo:
 @final
 @dataclass(eq=False)
 class Picture:
-    """What a filter asks of a picture.
+    """Interface of a picture for a filter.
 
     Parameters
     ----------
@@ -416,9 +416,10 @@ FILTERS: Mapping[str, Callable[[Picture, np.random.Generator], tuple[ParticleSet
         }
     )
 )
-"""How particles are brought to a new picture: looking ahead by the patches, as the paper does;
-moved and weighed; moved towards the hands' colours, with the weights that makes right; or moved and
-weighed for each arm by itself. The first three draw both arms of a particle at once."""
+"""Filters, by how particles are brought to a new picture: looking ahead by the patches, as the
+paper does; moved and weighed; moved towards the hands' colours, with the weights that makes right;
+or moved and weighed for each arm by itself. The first three draw both arms of a particle at once.
+"""
 
 
 @final

@@ -1,4 +1,4 @@
-"""What the modules of a ceiling check and compute alike."""
+"""Checks and computations that the modules of a ceiling share."""
 
 import math
 from collections.abc import Mapping
@@ -9,7 +9,7 @@ from robot_perception import checks
 from robot_perception.geometry import se2, wrap_angle
 
 LARGEST = 1e12
-"""Nothing on a ceiling is farther, px or m."""
+"""Largest distance on a ceiling, px or m."""
 SIGMA_PX = 1.0
 SIGMA_HEADING = 0.02
 """Standard deviations of a sighting, px and rad; our choice."""

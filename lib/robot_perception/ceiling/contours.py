@@ -60,7 +60,7 @@ class Segment:
 
     @property
     def length(self) -> float:
-        """From end to end, px."""
+        """Length from end to end, px."""
         return float(np.hypot(*np.subtract(self.end, self.start)))
 
     def points(self, spacing: float) -> Float[np.ndarray, "n 2"]:
@@ -120,7 +120,7 @@ class Arc:
 
 @dataclass(frozen=True, slots=True)
 class ContourRules:
-    """How contours are found; the paper names no number, all are ours.
+    """Rules of contour detection; the paper names no number, all are ours.
 
     Parameters
     ----------

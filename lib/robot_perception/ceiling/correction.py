@@ -24,13 +24,13 @@ with needing():
 __all__ = ["Correction", "correction"]
 
 TOLERANCE = 1e-5
-"""How far the length of a normal may be from 1: six digits are enough."""
+"""Allowed deviation of a normal's length from 1: six digits are enough."""
 
 PIXELS = 2**26
 """The most pixels of a picture."""
 
 OUTSIDE = 16
-"""What lies outside a picture is looked up so many pixels beyond its edge, where all is black."""
+"""Pixels beyond a picture's edge where what lies outside is looked up: all is black there."""
 
 
 def correction(

@@ -80,13 +80,13 @@ __all__ = [
 
 
 STEADY = TrackerRules(sigmas=(3.0, 3.0, np.deg2rad(2.0), 0.01), tolerated=0.2, passes=1)
-"""Of a robot on a level floor, whose distance from the ceiling stays the same."""
+"""Tracker of a robot on a level floor, whose distance from the ceiling stays the same."""
 BY = ("all", "oldest", "newest", "nearest")
 
 
 @dataclass(frozen=True, slots=True)
 class MapRules:
-    """How a mosaic is built; all numbers are ours.
+    """Rules of building a mosaic; all numbers are ours.
 
     Parameters
     ----------
@@ -173,7 +173,7 @@ AS_PRINTED = MapRules(
     by="oldest",
     rigid=False,
 )
-"""What the paper prints, where it prints anything.
+"""Rules as the paper prints them, where it prints any.
 
 Of the tracker: the random walk of section 4.1, one look at each picture, bad vectors left out,
 σ = s where s > 1, vectors that keep their means, the autocorrelation with zeros beyond the ends. Of
@@ -185,7 +185,7 @@ that keep their means, whose correlations hardly fall.
 
 @dataclass(frozen=True, eq=False, slots=True)
 class MapState:
-    """What is known after a picture.
+    """State of the mapper after a picture.
 
     Parameters
     ----------
@@ -242,7 +242,7 @@ class MapState:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class MapInfo:
-    """What a picture showed.
+    """Diagnostics of one picture.
 
     Parameters
     ----------
@@ -594,7 +594,7 @@ class Sought:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class View:
-    """What a robot makes of its camera's pictures before it looks for patterns.
+    """Correction of a camera's pictures before patterns are looked for.
 
     Parameters
     ----------
@@ -613,7 +613,7 @@ class View:
 
     @property
     def seen(self) -> Bool[np.ndarray, "height width"] | None:
-        """Which pixels of the ideal picture the camera sees, if not all."""
+        """Mask of the pixels of the ideal picture that the camera sees, if not all."""
         if self.correction is None or self.correction.seen.all():
             return None
         return self.correction.seen
@@ -701,7 +701,7 @@ def _adjusted(mosaic: Mosaic, links: Links, name: str) -> Mosaic:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PatternsInfo:
-    """What a picture showed of several patterns.
+    """Diagnostics of one picture with several patterns.
 
     Parameters
     ----------

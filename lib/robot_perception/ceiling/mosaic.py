@@ -46,11 +46,11 @@ __all__ = [
 
 ORDERS = ("inverse first", "inverse last")
 LARGEST_PAINTING = 2**26
-"""So many pixels a painting has at most."""
+"""Most pixels of a painting."""
 
 
 class NoCommonPattern(ValueError):  # noqa: N818 - it names what is missing
-    """Nothing that is seen is known: no pose follows."""
+    """Error: no pattern that is seen is known, so that no pose follows."""
 
 
 def in_camera(
@@ -429,7 +429,7 @@ class Mosaic:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class MeanPose:
-    r"""What all images in which two patterns were seen together say of the way between them.
+    r"""Mean relative pose of two patterns over all images that show both.
 
     Parameters
     ----------
@@ -446,7 +446,7 @@ class MeanPose:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Links:
-    """Which patterns were seen together, and the mean way between them.
+    """Pairs of patterns that were seen together, with their mean relative poses.
 
     It grows with the pairs, not with the images: each pair has a count and four sums. Starts empty;
     `add` returns new links and shares the sums of all other pairs with the old ones, so that an
@@ -536,7 +536,7 @@ class Links:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class AdjustInfo:
-    """What an adjustment did.
+    """Diagnostics of an adjustment.
 
     Parameters
     ----------

@@ -40,7 +40,7 @@ __all__ = ["Navigator", "ReplayInfo", "ReplayState"]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ReplayState:
-    """How far a path has been driven.
+    """Progress along a path.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ class ReplayState:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ReplayInfo:
-    """What a picture led to.
+    """Diagnostics of one picture.
 
     Parameters
     ----------

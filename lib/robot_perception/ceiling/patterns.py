@@ -54,12 +54,12 @@ MOST = 1000
 TINY = 1e-9
 """A line along a border is not beyond it by the rounding of cos 90°, px."""
 FAST = {"reassoc", "contract", "arcp", "nsz"}
-"""What the compiler may do with sums; it must not take NaN and infinity for impossible."""
+"""Licences of the compiler for sums; it must not take NaN and infinity for impossible."""
 
 
 @dataclass(frozen=True, slots=True)
 class PatternRules:
-    r"""How the second level of a pattern is built: points, vectors and what is known of each.
+    r"""Rules of a pattern's second level: points, vectors and what is known of each.
 
     Parameters
     ----------
@@ -765,7 +765,7 @@ def _clipped(piece, along, within, middle, spacing) -> list[Segment | Arc]:
 
 @dataclass(frozen=True, slots=True)
 class WindowRules:
-    """Which windows of a picture become patterns; the paper names no rule, all are ours.
+    """Rules by which windows of a picture become patterns; the paper names none, all are ours.
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ FAR = 10.0
 
 @dataclass(frozen=True, slots=True)
 class RecognitionRules:
-    """How candidates are found; all numbers are ours.
+    """Rules of the search for candidates; all numbers are ours.
 
     Parameters
     ----------

@@ -51,7 +51,7 @@ SMALLEST = 0.05
 
 @dataclass(frozen=True, slots=True)
 class TrackerRules:
-    r"""How a pattern is followed.
+    r"""Rules of tracking a pattern.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ class TrackerRules:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PatternState:
-    """What is known of a pattern after a picture.
+    """State of the tracker of a pattern after a picture.
 
     Parameters
     ----------
@@ -145,7 +145,7 @@ class PatternState:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PatternInfo:
-    """What a step saw.
+    """Diagnostics of one step.
 
     Parameters
     ----------

@@ -75,7 +75,7 @@ class KeyImage:
 
 @dataclass(frozen=True, slots=True)
 class KeyRules:
-    """What two successive key images must have in common.
+    """Rules for two successive key images: what they must have in common.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ class Breach:
 
 
 JOINTS = KeyRules(turn=2 * math.pi)
-"""What the paper asks of two trajectories that are driven one after the other: condition i."""
+"""Rules for two trajectories that are driven one after the other: condition i of the paper."""
 
 
 def choose_key_images(
@@ -583,7 +583,7 @@ def passed(target: Float[np.ndarray, "3"], rules: ServoRules | None = None) -> b
 
 
 class Told(Protocol):
-    """What a look at the ceiling leads to."""
+    """Action that follows a look at the ceiling."""
 
     @property
     def command(self) -> tuple[float, float]:
@@ -649,7 +649,7 @@ def _closed(
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Steering:
-    """What sightings lead to on a path of key images.
+    """Steering by sightings on a path of key images.
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from robot_perception.teaching.course.grading import Mark
 
 FORMULA = "=", "+", "-", "@", "\t", "\r"
-"""How a cell begins that a spreadsheet would compute."""
+"""Beginnings of cells that a spreadsheet would compute."""
 
 
 @click.command()

@@ -1,4 +1,4 @@
-"""Where the work is done: processes of this machine, Dask or Ray."""
+"""Workers of a sweep: processes of this machine, Dask or Ray."""
 
 import os
 from collections.abc import Callable, Iterator

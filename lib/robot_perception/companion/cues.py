@@ -1,4 +1,4 @@
-r"""What a particle sees: colours of patches and edges near a contour, of persons and of arms.
+r"""Cues of a particle: colours of patches and edges near a contour, of persons and of arms.
 
 A state is :math:`x = [x, y, \theta, s]^\top`, the place (px), the turn (rad) and the scale (px a
 unit) of a target's own frame; a point p of that frame lies in the picture at

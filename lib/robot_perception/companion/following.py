@@ -1,4 +1,4 @@
-r"""How a robot with a narrow view drives after the person it tracks.
+r"""Control law of a robot with a narrow view that follows the person it tracks.
 
 The camera looks ahead. With u the column of the person relative to the middle, f the focal length
 in pixels, h the person's height in the picture and :math:`h^*` the height at the distance to keep,

@@ -1,4 +1,4 @@
-r"""What the robot does when: a table of states that detectors drive.
+r"""State machine of the interaction: a table of states that detectors drive.
 
 A detector is the user's: it puts what it found under a name of its own among the *percepts*. A rule
 turns percepts into an *event*, true or false, and an event counts once it has been true for some
@@ -172,7 +172,7 @@ class StateTable:
 @final
 @dataclass(frozen=True, slots=True)
 class Event:
-    """When an event is true.
+    """Condition under which an event is true.
 
     Parameters
     ----------
@@ -200,7 +200,7 @@ class Event:
 @final
 @dataclass(frozen=True, slots=True)
 class InteractionState:
-    """Where the interaction stands.
+    """State of the interaction.
 
     Parameters
     ----------
@@ -228,7 +228,7 @@ class InteractionState:
 @final
 @dataclass(frozen=True, slots=True)
 class InteractionInfo:
-    """What a step saw.
+    """Diagnostics of one step.
 
     Parameters
     ----------

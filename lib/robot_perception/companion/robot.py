@@ -82,7 +82,7 @@ EVENTS: Mapping[str, Event] = MappingProxyType(
         "lost": Event(lambda seen: seen["hidden"], 25),
     }
 )
-"""When each event of the paper's table is true, and for how many pictures it must be, at ten
+"""Condition of each event of the paper's table, and for how many pictures it must hold, at ten
 pictures a second; ours."""
 
 
@@ -162,7 +162,7 @@ class RobotRules:
 @final
 @dataclass(frozen=True, eq=False, slots=True)
 class RobotState:
-    """What the robot knows.
+    """State of the robot.
 
     Parameters
     ----------
@@ -211,7 +211,7 @@ class RobotState:
 @final
 @dataclass(frozen=True, eq=False, slots=True)
 class RobotInfo:
-    """What a picture showed, and what the robot does.
+    """Diagnostics of one picture, and the robot's action.
 
     Parameters
     ----------

@@ -78,7 +78,7 @@ SILHOUETTE = np.concatenate([_SIDE * [-1, 1], _SIDE])
 @final
 @dataclass(frozen=True, eq=False, slots=True)
 class TutorModel:
-    """What a person is known by.
+    """Appearance model of a person.
 
     Parameters
     ----------
@@ -177,7 +177,7 @@ class TutorRules:
 @final
 @dataclass(frozen=True, eq=False, slots=True)
 class TutorState:
-    """What is known of the person.
+    """State of the tracker of a person.
 
     Parameters
     ----------
@@ -217,7 +217,7 @@ class TutorState:
 @final
 @dataclass(frozen=True, eq=False, slots=True)
 class TutorInfo:
-    """What a step saw.
+    """Diagnostics of one step.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a ROS robot recorded of its motion: odometry, poses, and where its sensors are mounted."""
+"""Motion that a ROS robot recorded: odometry, poses, and where its sensors are mounted."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -42,9 +42,9 @@ RAW = {  # by the encoding: bytes of a pixel, and what OpenCV calls the step to 
     "yuyv": (2, "COLOR_YUV2RGB_YUY2"),
 }
 DEPTHS = re.compile(r"(16U|16S|32F|64F)C1|compressedDepth", re.IGNORECASE)
-"""In the encodings of depths, by the ROS enhancement proposal 118, and of disparities."""
+"""Encodings of depths, by the ROS enhancement proposal 118, and of disparities."""
 FILMS = re.compile(r"h\.?26[45]|hevc|avc|av1|vp[89]|mpeg-?[124]|theora", re.IGNORECASE)
-"""In the formats of parts of films, none of which is a picture alone."""
+"""Formats of parts of films, none of which is a picture alone."""
 STARTS = b"\0\0\0\1", b"\0\0\1"  # of such a part, whatever its format says
 VIDEO = Meaning(
     "parts of a film",
@@ -170,7 +170,7 @@ class BagStereo:
 
     @property
     def times(self) -> Float[np.ndarray, " k"]:
-        """When the left pictures were taken, s since 1970."""
+        """Times of the left pictures, s since 1970."""
         return self.left.times
 
     @property

@@ -25,7 +25,7 @@ Ancestors = dict[str, Float[np.ndarray, "4 4"]]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Edge:
-    """What a topic tells of one frame in another.
+    """Transforms of one frame in another that a topic holds.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class Edge:
 
     @property
     def moves(self) -> bool:
-        """Whether the child has several places in its parent."""
+        """True if the child has several places in its parent."""
         return not np.abs(self.places - self.places[0]).max() <= STILL
 
 
@@ -88,7 +88,7 @@ class Frames:
 
     @cached_property
     def edges(self) -> dict[str, dict[str, Edge]]:
-        """By topic and child, what is told of it."""
+        """Edges by topic and child."""
         topics = [name for name in self.bag.topics if self.bag.holds(name, TREES)]
         return {name: _edges(self.bag, name) for name in topics}
 
@@ -221,7 +221,7 @@ class Frames:
 
     @cached_property
     def _placed(self) -> dict[str, tuple[str, Float[np.ndarray, "4 4"]]]:
-        """By the name of a frame that does not move, that of its parent, and its place there."""
+        """Static frames by name: the parent's name, and the place in it."""
         placed, moving = {}, set()
         for edges in self.edges.values():
             for child, edge in edges.items():

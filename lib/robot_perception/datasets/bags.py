@@ -17,7 +17,7 @@ Topics = str | Sequence[str] | None
 """A topic, several of which one is meant, or the only one that will do."""
 
 ENDINGS = (".bag", ".mcap", ".db3")
-"""Of a ROS 1 bag, and of the files that hold the messages of a ROS 2 bag."""
+"""Endings of a ROS 1 bag, and of the files that hold the messages of a ROS 2 bag."""
 METADATA = "metadata.yaml"
 TELLTALE = b"rosbag2_bagfile_information"  # the first key of that file
 SQLITE, LARGEST_PAGE = b"SQLite format 3\0", 65536  # bytes, of which the header says 1
@@ -97,7 +97,7 @@ def share_topics(topics: Sequence[str], *paths: str | Path | None) -> tuple[tupl
 
 
 class Meaning(NamedTuple):
-    """What messages of several types have in common.
+    """Meaning that messages of several types have in common.
 
     Parameters
     ----------
@@ -312,7 +312,7 @@ def check_topic(topic: Topics) -> Topics:
 
 
 class Times(NamedTuple):
-    """When the messages of a topic were measured.
+    """Times at which the messages of a topic were measured.
 
     Parameters
     ----------

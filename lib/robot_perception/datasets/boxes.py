@@ -1,4 +1,4 @@
-"""Where a thing is in each picture of a sequence: boxes that somebody drew round it."""
+"""Boxes that somebody drew round a thing in each picture of a sequence."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What a robot was told to do, or what its wheels did: speeds and turn rates."""
+"""Commands of a robot, or what its wheels did: speeds and turn rates."""
 
 from dataclasses import dataclass
 from pathlib import Path

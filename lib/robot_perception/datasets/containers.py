@@ -1,4 +1,4 @@
-"""What a film says of itself: how long its file is, and whether it counts its pictures."""
+"""Header of a film: the length of its file, and whether it counts its pictures."""
 
 import struct
 from collections.abc import Iterator

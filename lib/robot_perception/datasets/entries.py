@@ -1,4 +1,4 @@
-"""What is known of each recording: its files and their hashes, whose they are, where they are."""
+"""Entries of the registry: files and hashes of each recording, its authors and addresses."""
 
 import difflib
 import json

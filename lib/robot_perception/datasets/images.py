@@ -32,7 +32,7 @@ ENDINGS = (
     ".pbm",
     ".gif",
 )
-"""Of the names of pictures, in small or in capital letters."""
+"""Endings of the names of pictures, in small or in capital letters."""
 
 
 @final

@@ -1,4 +1,4 @@
-"""What times, places and angles of a recording can be: numbers beyond are in another unit.
+"""Limits of times, places and angles of a recording: numbers beyond are in another unit.
 
 Times may be counted from 1970 or from anywhere else, but end before the year 2286 and span a week
 at most. Ten readings and more follow each other, in the median, within half a minute and not within

@@ -1,4 +1,4 @@
-"""What every reader of recordings shares: lines, read strictly, and laser scans."""
+"""Parts that all readers of recordings share: lines, read strictly, and laser scans."""
 
 import codecs
 import csv

@@ -65,7 +65,7 @@ class Sightings:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class MrclamRobot:
-    """What one robot logged and where it was.
+    """Log of one robot, and its true path.
 
     Parameters
     ----------

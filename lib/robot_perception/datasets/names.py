@@ -1,4 +1,4 @@
-"""What the numbers in the names of pictures say: their order, and when they were taken."""
+"""Numbers in the names of pictures: their order, and when they were taken."""
 
 import re
 from collections.abc import Sequence

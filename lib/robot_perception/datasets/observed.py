@@ -1,4 +1,4 @@
-"""What the sensors of a robot saw, in tables of one's own: landmarks, and people."""
+"""Observations in tables of one's own: landmarks, and people."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
@@ -44,7 +44,7 @@ class LandmarkTable:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class DetectionTable:
-    """Where sensors saw people, in the order of the file.
+    """Detections of people, in the order of the file.
 
     Parameters
     ----------

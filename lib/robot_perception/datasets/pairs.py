@@ -50,7 +50,7 @@ class DepthPair:
 
     @property
     def known(self) -> Bool[np.ndarray, "height width"]:
-        """Where the disparity is known."""
+        """Mask of the pixels whose disparity is known."""
         return self.disparity > 0
 
 

@@ -44,7 +44,7 @@ OFF_UNIT = 1e-3  # by which quaternions and rotations may be off, however they a
 
 
 class Layout(NamedTuple):
-    """What the columns of a file with poses are.
+    """Columns of a file with poses.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""When pictures were taken, by a file of times that stands beside them."""
+"""Times of pictures from a file that stands beside them."""
 
 import re
 from itertools import pairwise
@@ -20,7 +20,7 @@ NANOSECONDS = 10**9
 
 
 class Stamps(NamedTuple):
-    """What a file beside pictures tells of their times.
+    """Times that a file beside pictures gives.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Where the recordings are on this computer, and how missing ones are fetched."""
+"""Store of recordings on this computer, and download of missing ones."""
 
 import errno
 import gzip
@@ -34,7 +34,7 @@ from studies.files import UNFINISHED, workspace
 
 CACHE_VARIABLE = "ROBOT_PERCEPTION_CACHE"
 UNPACKING = BadZipFile, TarError, RuntimeError, EOFError, zlib.error, lzma.LZMAError
-"""What an archive raises that is damaged, encrypted, or packed in a way that nobody knows."""
+"""Errors of an archive that is damaged, encrypted, or packed in an unknown way."""
 
 
 class DatasetMissing(FileNotFoundError):  # noqa: N818 - it names the thing, not the failure
@@ -48,7 +48,7 @@ class DownloadError(OSError):
 @final
 @dataclass(frozen=True, slots=True)
 class FileStatus:
-    """Where a file of a data set is, and whether it is the one that is meant.
+    """Place of a file of a data set, and whether its hash is the pinned one.
 
     Parameters
     ----------

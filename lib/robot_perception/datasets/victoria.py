@@ -51,7 +51,7 @@ class LandmarkGraph:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class VehicleLog:
-    """What the car's encoders say.
+    """Log of the car's encoders.
 
     Parameters
     ----------

@@ -27,7 +27,7 @@ from robot_perception.extras import needing
 from studies.files import destination, written
 
 CODECS = {".mp4": "mp4v", ".avi": "MJPG"}
-"""By the ending of a film's name, what OpenCV writes without more being installed."""
+"""Codecs by the ending of a film's name that OpenCV writes without more being installed."""
 
 SMALLEST = 16
 """Least height and width of a film that is written, px: some encoders fail below 8."""
@@ -100,12 +100,12 @@ class Film(Iterator[UInt8[np.ndarray, "height width 3"]]):
 
     @property
     def count(self) -> int:
-        """How many pictures were read so far."""
+        """Number of pictures read so far."""
         return len(self.numbers)
 
     @property
     def missing(self) -> int:
-        """How many pictures were promised and are not there; 0 until all were read."""
+        """Number of pictures that were promised and are not there; 0 until all were read."""
         return max((self.promised or 0) - self.count, 0) if self.finished else 0
 
     def seconds(self, rate: float) -> Float[np.ndarray, " count"]:

@@ -1,4 +1,4 @@
-"""How good an estimate is: consistency, and errors of paths."""
+"""Evaluation of estimates: consistency, and errors of paths."""
 
 from importlib import import_module
 

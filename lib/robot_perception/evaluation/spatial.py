@@ -1,4 +1,4 @@
-"""How far is an estimated path in space from the true one? Alignment, absolute, relative errors.
+"""Errors of an estimated path in space: alignment, absolute and relative errors.
 
 Which poses belong together, how they are aligned and what counts as an error is as in evo
 (https://github.com/MichaelGrupp/evo), so that its numbers can stand beside ours.

@@ -1,4 +1,4 @@
-"""How far is an estimated path from the true one? Absolute, relative and final errors."""
+"""Errors of an estimated path in the plane: absolute, relative and final errors."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from robot_perception.geometry import act, between, rotation, wrap_angle
 
 @dataclass(frozen=True, slots=True)
 class PoseError:
-    """How far one pose is from another.
+    """Distance of one pose from another.
 
     Parameters
     ----------

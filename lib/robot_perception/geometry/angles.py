@@ -23,7 +23,7 @@ def wrap_angle(angle: float | np.ndarray) -> float | np.ndarray:
 
 
 OVERLAP = 1e-3
-"""By so much, rad, a turn of single-precision beams may be longer than a turn."""
+"""Angle by which a turn of single-precision beams may be longer than a turn, rad."""
 
 
 def closes(angles: Float[np.ndarray, " n"]) -> bool:

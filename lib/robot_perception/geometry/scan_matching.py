@@ -1,4 +1,4 @@
-r"""How a scanner moved between two scans of a room, by the scans alone.
+r"""Motion of a scanner between two scans of a room, from the scans alone.
 
 Iterated closest points: each point of the later scan is compared with the line through the points
 of the earlier one about its nearest, and the motion that brings them together by least squares

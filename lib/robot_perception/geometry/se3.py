@@ -12,7 +12,7 @@ from robot_perception import checks
 from robot_perception.geometry import se2
 
 TOLERANCE = 1e-5
-"""How far an entry of RᵀR may be from that of 1: files of six digits stay within."""
+"""Allowed deviation of an entry of RᵀR from that of 1: files of six digits stay within."""
 
 
 def compose(

@@ -1,4 +1,4 @@
-r"""Which landmark is this? Distances from descriptors to classes, as products of matrices.
+r"""Distances from descriptors to classes of descriptors, as products of matrices.
 
 .. math:: E_{ij} = (d_i - \bar d_j)^\top (d_i - \bar d_j)
     = |d_i|^2 - 2 d_i^\top \bar d_j + |\bar d_j|^2

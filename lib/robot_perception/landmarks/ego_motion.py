@@ -1,4 +1,4 @@
-"""How a stereo camera has moved between two pairs of pictures, by what both of them show."""
+"""Motion of a stereo camera between two pairs of pictures, from the points that both show."""
 
 from dataclasses import dataclass
 

@@ -33,7 +33,7 @@ def _single(name: str, value: np.ndarray) -> Float32[np.ndarray, "n d"]:
 
 @dataclass(frozen=True, slots=True)
 class Sift:
-    r"""How features are looked for: the parameters of OpenCV, with its default values.
+    r"""Parameters of SIFT in OpenCV, with its default values.
 
     Parameters
     ----------

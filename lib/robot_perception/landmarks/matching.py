@@ -1,4 +1,4 @@
-"""Which feature of one picture is which of another: nearest both ways, within a window."""
+"""Matches of the features of two pictures: nearest both ways, within a window."""
 
 from typing import no_type_check
 

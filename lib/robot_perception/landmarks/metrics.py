@@ -1,4 +1,4 @@
-r"""How unlike are newcomers and the landmarks of a map? What a filter asks, by four distances.
+r"""Distances between new descriptors and the landmarks of a map, by four metrics.
 
 Each takes the mean descriptors :math:`\bar d_j` of newcomers and what is kept of how the landmarks
 look, and returns a table of distances, the roots of eqs (8) and (9) of Gil, Payá, Reinoso,
@@ -29,7 +29,7 @@ from robot_perception.landmarks.classes import DescriptorClasses, raw_variances,
 
 @runtime_checkable
 class DescriptorStatistics(Protocol):
-    """How N landmarks look: first descriptors, means, sums of squared deviations, numbers."""
+    """Statistics of N landmarks' descriptors: firsts, means, summed squared deviations, numbers."""
 
     @property
     def firsts(self) -> Float[np.ndarray, "N d"]:
@@ -45,7 +45,7 @@ class DescriptorStatistics(Protocol):
 
     @property
     def counts(self) -> Int[np.ndarray, "N"]:
-        """How many they are."""
+        """Number of landmarks."""
 
 
 @runtime_checkable
@@ -58,7 +58,7 @@ class Asked(Protocol):
 
     @property
     def looks(self) -> DescriptorStatistics:
-        """How the landmarks look."""
+        """Descriptors of the landmarks."""
 
 
 Metric = Callable[[Asked], Float[np.ndarray, "m N"]]
@@ -164,7 +164,7 @@ METRICS: Mapping[str, Metric] = MappingProxyType(
         "Mahalanobis, shrunk": mahalanobis_shrunk,
     }
 )
-"""What there is to choose from, by name."""
+"""Metrics by name."""
 
 
 def _looks(asked: Asked) -> DescriptorStatistics:

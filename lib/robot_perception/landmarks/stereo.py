@@ -24,7 +24,7 @@ def _rising(name: str, value: Any) -> tuple[float, float]:
 
 @dataclass(frozen=True, slots=True)
 class StereoRules:
-    """Which features of the two pictures are taken for the same point.
+    """Rules by which features of the two pictures are taken for the same point.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ class StereoRules:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class StereoPoints:
-    r"""What a stereo pair shows: the observations :math:`z_{t,k} = (v_{t,k}, d_{t,k})`.
+    r"""Observations of a stereo pair, :math:`z_{t,k} = (v_{t,k}, d_{t,k})`.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ class StereoPoints:
 
     @property
     def descriptors(self) -> Float[np.ndarray, "n d"]:
-        """How each looks, as a filter takes it: in double precision."""
+        """Descriptor of each, in double precision, as a filter takes it."""
         return self.features.descriptors.astype(float)
 
 

@@ -23,7 +23,7 @@ RULES = StereoRules()
 
 @dataclass(frozen=True, slots=True)
 class TrackRules:
-    """Which feature of a frame goes on with one of the frame before. The values are our choice.
+    """Rules by which a feature continues one of the frame before. The values are our choice.
 
     Parameters
     ----------
@@ -264,7 +264,7 @@ class Missed:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Sighting:
-    """What a pair of pictures shows: points in space, and the track that each belongs to.
+    """Observation of a pair of pictures: points in space, and the track that each belongs to.
 
     Parameters
     ----------
@@ -288,7 +288,7 @@ class Sighting:
 
     @property
     def descriptors(self) -> Float[np.ndarray, "n d"]:
-        """How each looks, in double precision."""
+        """Descriptor of each, in double precision."""
         return self.points.descriptors
 
 

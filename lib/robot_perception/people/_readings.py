@@ -1,4 +1,4 @@
-"""What counts as readings of distances."""
+"""Checks of readings of distances."""
 
 import numpy as np
 

@@ -43,7 +43,7 @@ ANGLES = (1,)
 
 @dataclass(frozen=True, slots=True)
 class SensorRules:
-    r"""How much a sensor is trusted, and what it means that it reports nothing.
+    r"""Rules for a sensor: how much it is trusted, and what it means that it reports nothing.
 
     Parameters
     ----------
@@ -198,7 +198,7 @@ class AggregationRules:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Hypotheses:
-    r"""Where people may be, n of them: the paper's local map :math:`M = \{\mu_i, C_i, w_i\}`.
+    r"""Hypotheses of people, n of them: the paper's local map :math:`M = \{\mu_i, C_i, w_i\}`.
 
     Parameters
     ----------
@@ -275,7 +275,7 @@ class Hypotheses:
 
     @property
     def time(self) -> float:
-        """When a sensor last spoke, s; -inf: none has."""
+        """Time of the last report of a sensor, s; -inf if there is none."""
         return max(self.heard.values(), default=-np.inf)
 
     @property
@@ -310,7 +310,7 @@ class Hypotheses:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class AggregationInfo:
-    """What became of a reading.
+    """Diagnostics of one reading.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a robot does with the people it tracks: guide a visitor, follow a person, hold a survey.
+"""Behaviours of a robot with the people it tracks: guide a visitor, follow a person, hold a survey.
 
 Each is a small machine of states that sees persons and says what to do:
 
@@ -24,13 +24,13 @@ from robot_perception.people.aggregation import Hypotheses
 Phase = Literal["waiting", "inviting", "busy", "asking back", "given up", "blocked"]
 PHASES = ("waiting", "inviting", "busy", "asking back", "given up", "blocked")
 NOBODY, FURNITURE, MOVES, PARTNER = range(4)
-"""What a hypothesis is taken for: too weak or nowhere, one that stays, a person, the one it is
+"""Roles of a hypothesis: too weak or nowhere, one that stays, a person, the one it is
 about."""
 
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """What the robot is to do.
+    """Command to the robot.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ STOP = Command()
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """What a behaviour remembers.
+    """Memory of a behaviour.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ class State:
 
 @dataclass(frozen=True, slots=True)
 class Behaviours:
-    """What a robot does with people, by distances, times and speeds, all of them ours.
+    """Behaviours by distances, times and speeds, all of them ours.
 
     Each of the behaviours `guide`, `follow` and `survey` takes the state, which is what it
     remembers, and the persons who are there now. It returns the state after that and the command to

@@ -1,4 +1,4 @@
-"""What a sensor says at one time about where people are."""
+"""Detections of people by one sensor at one time."""
 
 from dataclasses import dataclass
 

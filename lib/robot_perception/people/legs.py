@@ -20,7 +20,7 @@ from robot_perception.people.detections import polar
 
 @dataclass(frozen=True, slots=True)
 class LegRules:
-    r"""What is taken for a leg and for a pair. The paper gives no values: all are our choice.
+    r"""Rules for a leg and for a pair of legs. The paper gives no values: all are our choice.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ class LegRules:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Profiles:
-    """What segments look like.
+    """Shapes of segments.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Where people are about a robot, and which of two lists of places belong to each other."""
+"""Places of people about a robot, and the assignment between two lists of places."""
 
 import numpy as np
 from jaxtyping import Float, Int

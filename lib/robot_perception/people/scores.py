@@ -1,4 +1,4 @@
-"""How many people are found, how many hypotheses are nobody, and the field's measures of both."""
+"""Scores of tracked people: found people, false hypotheses, and the field's measures of both."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass

@@ -32,7 +32,7 @@ with needing():
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SkinModel:
-    r"""How much likelier each colour is on skin than elsewhere, whatever its brightness.
+    r"""Likelihood ratio of each colour on skin and elsewhere, whatever its brightness.
 
     .. math:: \ell(r, g) = \log \frac{p(r, g \mid \text{skin})}{p(r, g \mid \text{other})}, \qquad
         (r, g) = \frac{(R, G)}{R + G + B}
@@ -125,7 +125,7 @@ class SkinModel:
 
 @dataclass(frozen=True, slots=True)
 class SkinRules:
-    r"""How clouds move, begin, join and end. All values are our choice.
+    r"""Rules by which clouds move, begin, join and end. All values are our choice.
 
     Parameters
     ----------
@@ -233,7 +233,7 @@ class Cloud:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SkinState:
-    """What the tracker knows after an image; at first nothing.
+    """State of the tracker after an image; at first empty.
 
     Parameters
     ----------
@@ -249,7 +249,7 @@ class SkinState:
 
 @dataclass(frozen=True, slots=True)
 class SkinInfo:
-    """What an image changed.
+    """Diagnostics of one image.
 
     Parameters
     ----------

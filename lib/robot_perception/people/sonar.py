@@ -20,7 +20,7 @@ Occupied = Callable[[Float[np.ndarray, "n 2"]], Bool[np.ndarray, " n"]]
 
 @dataclass(frozen=True, slots=True)
 class SonarRules:
-    """What a reading means. But for the 2 m, the values are our choice.
+    """Rules for the readings of a sonar. But for the 2 m, the values are our choice.
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ _TOUCHING = 1e-3  # microphones nearer to each other are in one place, m
 
 @dataclass(frozen=True, slots=True)
 class SoundRules:
-    """What counts as a speaker. All values are our choice.
+    """Rules for a speaker. All values are our choice.
 
     Parameters
     ----------

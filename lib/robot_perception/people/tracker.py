@@ -27,7 +27,7 @@ from robot_perception.people.trajectories import StaticRules, Stays, watch
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PeopleState:
-    """What the tracker knows.
+    """State of the tracker.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ class PeopleState:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PeopleInfo:
-    """What became of a reading.
+    """Diagnostics of one reading.
 
     Parameters
     ----------

@@ -13,7 +13,7 @@ from robot_perception.people.aggregation import Hypotheses
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Trajectory:
-    """Where one hypothesis was.
+    """Trajectory of one hypothesis.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def trajectories(
 
 @dataclass(frozen=True, slots=True)
 class StaticRules:
-    """When a hypothesis is taken for furniture. The paper gives no values: these are ours.
+    """Rules by which a hypothesis counts as furniture. The paper gives no values: these are ours.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ class StaticRules:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Stays:
-    """Where hypotheses are staying, and since when.
+    """Places at which hypotheses are staying, and since when.
 
     Parameters
     ----------

@@ -16,7 +16,7 @@ from robot_perception.people.aggregation import Hypotheses
 
 @dataclass(frozen=True, eq=False, slots=True)
 class VerificationInfo:
-    """What a step of a verifier saw.
+    """Diagnostics of one step of a verifier.
 
     Parameters
     ----------

@@ -18,7 +18,7 @@ from robot_perception.people.aggregation import Hypotheses
 
 @dataclass(frozen=True, slots=True)
 class WalkRules:
-    """When a hypothesis has walked. The paper has no such rule: it and its values are ours.
+    """Rules by which a hypothesis has walked. The paper has none: they and their values are ours.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ class WalkRules:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Walks:
-    """How far hypotheses have walked.
+    """Distances that hypotheses have walked.
 
     Parameters
     ----------

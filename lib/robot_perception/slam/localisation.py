@@ -1,4 +1,4 @@
-r"""Where is the robot in a finished map? Monte Carlo localisation by landmarks that it sees.
+r"""Monte Carlo localisation in a finished map, by the landmarks that the robot sees.
 
 The map is what :mod:`.visual` leaves: landmarks in space with covariances, and how they look. The
 belief is a set of poses. A step moves them, takes each point that the two eyes see for the landmark
@@ -120,7 +120,7 @@ class LandmarkMap:
 
 @dataclass(frozen=True, slots=True)
 class LocaliserRules:
-    r"""How a robot is localised; the paper has none of these values but ``share``.
+    r"""Rules of the localisation; the paper has none of these values but ``share``.
 
     Parameters
     ----------
@@ -201,7 +201,7 @@ class Cluster:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Whereabouts:
-    """Where the robot may be.
+    """State of the localisation.
 
     Parameters
     ----------
@@ -232,7 +232,7 @@ class Whereabouts:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class LocaliserInfo:
-    """What a step made of the m points of its picture.
+    """Diagnostics of one step with the m points of its picture.
 
     Parameters
     ----------

@@ -191,7 +191,7 @@ class Reference:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class MonobotRun:
-    """What the filter believed, step by step, in a batch of runs.
+    """Estimates of the filter, step by step, in a batch of runs.
 
     Covariances do not depend on the data. If the noise is the same for all runs they are stored
     once: their leading axis is 1 and broadcasts against the runs. A measurement has m = n rows, or

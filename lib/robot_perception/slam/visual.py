@@ -48,7 +48,7 @@ CRITERIA = {"effective": effective_number, "printed": printed_number}
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """How the filter runs; the values are those of Gil et al., sections 3 and 5, where it has any.
+    """Options of the filter; the values are those of Gil et al., sections 3 and 5, as far as given.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ class Options:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Looks:
-    r"""What is kept of the descriptors of n tracks, or of the landmarks that were made of them.
+    r"""Statistics of the descriptors of n tracks, or of the landmarks that were made of them.
 
     .. math:: \bar d_i = \frac 1 p \sum_k d_k, \qquad q_i = \sum_k (d_k - \bar d_i)^2
 
@@ -179,13 +179,13 @@ class Ongoing:
 
     @property
     def looks(self) -> Looks:
-        """How each track looked so far."""
+        """Descriptors of each track so far."""
         return Looks(self.firsts, self.means, self.squares, self.lengths)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class VisualMaps:
-    """What the filter knows: particles with maps, how the landmarks look, and tracks that go on.
+    """State of the filter: particles with maps, the landmarks' descriptors, and tracks that go on.
 
     Parameters
     ----------
@@ -229,7 +229,7 @@ Costs = Callable[[Newcomers], Float[np.ndarray, "m N"]]  # infinite where it can
 
 @dataclass(frozen=True, eq=False, slots=True)
 class FrameInfo:
-    """What a step made of the m observations of its frame.
+    """Diagnostics of one step with the m observations of its frame.
 
     Where each particle names by its own map, names have a row for each of the particles that the
     step returns.
@@ -254,12 +254,12 @@ class FrameInfo:
 
     @property
     def known(self) -> Bool[np.ndarray, "*M m"]:
-        """Which observations were of landmarks of the map and went into the filter."""
+        """Mask of the observations of landmarks of the map, which went into the filter."""
         return (self.names >= 0) & ~self.new
 
     @property
     def made(self) -> Bool[np.ndarray, "m"]:
-        """Of which observations landmarks were made, in the map of some particle at least."""
+        """Mask of the observations that became landmarks, in the map of some particle at least."""
         return _somewhere(self.new)
 
 

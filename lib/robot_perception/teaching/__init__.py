@@ -1,4 +1,4 @@
-"""What turns results into this book: words, a course, scores of claims, ways through its pages."""
+"""Rooms that turn results into this book: words, a course, scores of claims, ways through pages."""
 
 from pathlib import Path
 

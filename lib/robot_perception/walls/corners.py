@@ -28,7 +28,7 @@ _THIN = Extraction(RangeNoise(0.0155), tolerance=0.05, least_length=0.25)
 
 @dataclass(frozen=True, slots=True)
 class LandmarkRules:
-    """What is taken for a landmark. All values are our choice.
+    """Rules by which a corner becomes a landmark. All values are our choice.
 
     Parameters
     ----------

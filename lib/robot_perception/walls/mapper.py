@@ -1,4 +1,4 @@
-"""From scans to a map of walls, one scan at a time.
+"""Mapper of walls, one scan at a time.
 
 A user who has readings and the pose at which they were taken needs one object: it extracts the
 segments of a scan, brings them into the frame of the world and merges them into the map.
@@ -24,7 +24,7 @@ from robot_perception.walls.wall_map import Gate, WallMap, merge, to_world
 
 @dataclass(frozen=True, eq=False, slots=True)
 class WallInfo:
-    """What one scan gave.
+    """Diagnostics of one scan.
 
     Parameters
     ----------

@@ -114,7 +114,7 @@ def _has_repeats(points):
 @kernel()
 @no_type_check
 def _outside(points, a, b, p, side):
-    """Whether ``p`` is on the outer side of the hull edge from ``a`` to ``b``, or extends it."""
+    """Tell whether ``p`` is outside of the hull edge from ``a`` to ``b``, or extends it."""
     ex, ey = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
     left, right = ex * (points[p, 1] - points[a, 1]), ey * (points[p, 0] - points[a, 0])
     turn = left - right
@@ -206,7 +206,7 @@ def _height(points, i, j, k):
 @kernel()
 @no_type_check
 def _rises(points, i, j, a, b):
-    """Whether the hull edge from ``a`` to ``b`` leads away from the line, to its left."""
+    """Tell whether the hull edge from ``a`` to ``b`` leads away from the line, to its left."""
     dx, dy = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1]
     return dx * (points[b, 1] - points[a, 1]) - dy * (points[b, 0] - points[a, 0]) > 0.0
 

@@ -1,4 +1,4 @@
-"""How well a wall map agrees with a floor plan, and with the readings it was made from."""
+"""Agreement of a wall map with a floor plan, and with the readings it was made from."""
 
 from dataclasses import dataclass
 

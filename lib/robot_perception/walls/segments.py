@@ -53,7 +53,7 @@ class RangeNoise:
 
 @dataclass(frozen=True, slots=True)
 class Extraction:
-    """What is taken for a wall in one scan. The paper gives no values: all are our choice.
+    """Rules by which points of a scan become a wall. The paper gives no values: all are our choice.
 
     Parameters
     ----------
@@ -185,7 +185,7 @@ class Stretches:
 
     @property
     def endless(self) -> bool:
-        """Whether there is one stretch, all the way round."""
+        """True if there is one stretch, all the way round."""
         return self.ring and self.order.size > 1 and bool(self.order[0] == self.order[-1])
 
 

@@ -114,7 +114,7 @@ def _edges(chain: np.ndarray) -> np.ndarray:
 @kernel()
 @no_type_check
 def _is_monotone(points):
-    """Whether x or y strictly increases or decreases along the chain, which makes it simple."""
+    """Tell whether x or y strictly rises or falls along the chain, which makes it simple."""
     n = points.shape[0]
     for axis in range(2):
         sign = 1.0 if points[n - 1, axis] > points[0, axis] else -1.0
@@ -142,7 +142,7 @@ def _side(points, a, b, p):
 @kernel()
 @no_type_check
 def _between(points, a, b, p):
-    """Whether ``p`` lies in the box of ``a`` and ``b``."""
+    """Tell whether ``p`` lies in the box of ``a`` and ``b``."""
     for axis in range(2):
         low, high = points[a, axis], points[b, axis]
         if low > high:
@@ -155,7 +155,7 @@ def _between(points, a, b, p):
 @kernel()
 @no_type_check
 def _meet(points, e, f, neighbours, closed):
-    """Whether edges ``e < f`` of the chain have a point in common that they should not."""
+    """Tell whether edges ``e < f`` of the chain have a point in common that they should not."""
     a, b, c, d = e, e + 1, f, f + 1
     if neighbours:  # b and c are the same point
         folded = (points[b, 0] - points[a, 0]) * (points[d, 0] - points[c, 0]) + (
@@ -303,7 +303,7 @@ def exact_side(points, a, b, p):
 @kernel()
 @no_type_check
 def _touch(points, e, f, is_closed):
-    """Whether edges ``e`` and ``f``, in any order, meet; both have a length."""
+    """Tell whether edges ``e`` and ``f``, in any order, meet; both have a length."""
     e, f = min(e, f), max(e, f)
     return _meet(points, e, f, f == e + 1, is_closed and e == 0 and f == points.shape[0] - 2)
 

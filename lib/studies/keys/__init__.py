@@ -1,1 +1,1 @@
-"""What a result depends on: cells, definitions, packages; by hashes of these it is found again."""
+"""Keys of results: hashes of the cells, definitions and packages that a result depends on."""

@@ -143,7 +143,7 @@ def _of_page(stem: str) -> tuple[str, ...]:
 
 
 class Definitions:
-    """What the statements of cells define, and what each of them reads.
+    """Names that the statements of cells define, and those that each of them reads.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What the definitions of a module do, and what each of them reads.
+"""Definitions of a module: what each does, and the names that it reads.
 
 A definition is what binds a name of the module: a function, a class, a constant. It reads names of
 its own module and names of others; of a module that is used by its name, ``kalman.predict``, those
@@ -21,7 +21,7 @@ _END = object()
 
 @dataclass(frozen=True)
 class Definition:
-    """What binds a name.
+    """Definition of a name.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ class Definition:
 
 
 class Module:
-    """What a module defines; it is looked into when it is asked for.
+    """Definitions of a module; it is parsed when they are asked for.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ class Module:
             for name in bound | changed - self._imports.keys():
                 self._statements.setdefault(name, []).append(statement)
         self.names = frozenset(self._statements)
-        """What it binds."""
+        """Names that it binds."""
         self.offered = {name: home for one in statements for name, home in _offered(one).items()}
         """The module below a package in which a name is found that the package offers."""
 

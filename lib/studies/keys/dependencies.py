@@ -1,4 +1,4 @@
-"""What results depend on: those on a page of the book, and those of a single module.
+"""Dependencies of results: those on a page of the book, and those of a single module.
 
 A page reaches the modules that its cells import, and what those import. It reads the recorded
 results, tables of the package and data sets whose names stand as strings in those modules or in its
@@ -27,11 +27,11 @@ from studies.records import records
 ROWS = "rows"
 """Folder of the recorded rows, named by chapter and study."""
 OWN = ("explorables", "studies")
-"""What pages depend on beside the packages of the project."""
+"""Packages that pages depend on beside those of the project."""
 LEDGER = "claims.json"
 REGISTRATIONS = "registrations.tsv"
 BY_NAME = frozenset({"importlib", "pkgutil"})
-"""Who imports one of these may import by name each of its submodules that it names as a string.
+"""Modules whose importers may import by name each of their submodules that they name as a string.
 
 A package on the way there may name them too. If none is named, it may be any.
 """
@@ -45,7 +45,7 @@ COMPUTING = ("studies.checks", "studies.files", "studies.intervals", "studies.sw
 RECORDS = "studies.records"
 """Names the folder of what is recorded: results depend on what is read there."""
 EFFECTS = "(effects)"
-"""In place of a name: what a module does when it is imported, beside binding names."""
+"""Name of the effects of a module when it is imported, beside binding names."""
 
 
 def known_packages() -> tuple[str, ...]:
@@ -300,7 +300,7 @@ def _imports() -> Imports:
 
 @dataclass(frozen=True)
 class Said:
-    """What code says of other code.
+    """References of code to other code.
 
     Parameters
     ----------

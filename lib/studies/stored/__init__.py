@@ -1,1 +1,1 @@
-"""What is computed once: rows, long runs and results of recordings, with the keys they fit."""
+"""Storage of what is computed once: rows, long runs and results of recordings, with their keys."""

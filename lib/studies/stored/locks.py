@@ -15,7 +15,7 @@ from studies.project import project
 LOCKS = "locks"
 """Folder of the cache."""
 SOON = 2.0
-"""Who waits longer says so, s."""
+"""Waiting time after which a process says that it waits, s."""
 
 log = logging.getLogger(__name__)
 

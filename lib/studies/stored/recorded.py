@@ -121,7 +121,7 @@ class Recorded(Generic[P, Result]):
 
     @cached_property
     def _stored(self) -> dict[str, Result] | None:
-        """What is stored, by call; nothing where it is not what this code computes."""
+        """Stored results by call; none where they are not what this code computes."""
         try:
             why = self._outdated()
             if not why:

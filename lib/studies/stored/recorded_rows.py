@@ -32,7 +32,7 @@ RTOL = 1e-6
 NOUGHT = 1e-9
 """A number is zero below this share of what it is compared with."""
 COMPARED = 1e-3
-"""What numbers are compared with where a study does not say it: a millimetre, a milliradian."""
+"""Scale of comparisons where a study gives none: a millimetre, a milliradian."""
 MARK = "\x10"
 """Data link escape: what follows in a column of text is JSON of what is no text."""
 FEATURES = ("AVX512_SKX", "AVX2", "SSE42")
@@ -71,7 +71,7 @@ class Recorded:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Stored:
-    """What a file holds: columns by variant."""
+    """Contents of a file: columns by variant."""
 
     variants: Mapping[str, Mapping[str, np.ndarray]]
 

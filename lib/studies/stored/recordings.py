@@ -37,7 +37,7 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Read(Generic[Result]):
-    """What a chapter shows of a recording.
+    """Result of a recording as a chapter shows it.
 
     Parameters
     ----------

@@ -38,13 +38,13 @@ P = ParamSpec("P")
 Result = TypeVar("Result")
 
 WORTH_KEEPING = 0.5
-"""What takes less to compute is not kept on disk, s."""
+"""Shortest computation whose result is kept on disk, s."""
 IN_MEMORY = 64
-"""So many results of one function stay in the memory of a process."""
+"""Results of one function that stay in the memory of a process."""
 COMPUTED, TRIALS, TRIALS_ANEW = "computed", "trials", "trials-anew"
 """Folders of the cache: of results, and of trials of studies."""
 UNUSED = 30 * A_DAY
-"""What was not used for so long is removed, s."""
+"""Time without use after which a result is removed, s."""
 MOST_BYTES = 4_000_000_000
 """Kept results and trials take at most so much room."""
 
@@ -173,7 +173,7 @@ def use(file: Path) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Pruned:
-    """What was removed of the cache, and what was left: numbers of files, and bytes."""
+    """Numbers of files and bytes that were removed of the cache, and that were left."""
 
     removed: int
     removed_bytes: int

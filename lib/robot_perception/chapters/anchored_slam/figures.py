@@ -215,7 +215,7 @@ def heading_honesty(axes: AxesRow, curves: Mapping[str, tuple[np.ndarray, np.nda
 ANCHORS = ("no anchor", "one anchor", "two anchors")
 """Names of runs by how many landmarks their filter knows."""
 REACH = float(np.sqrt(chi_squared_quantile(0.95, 2)))
-"""Of an ellipse that holds a point of the plane with 95 %, in deviations."""
+"""Radius of an ellipse that holds a point of the plane with 95 %, in deviations."""
 
 
 def robot_path(ax: Axes, found: Any, robot: int, anchors: int) -> Axes:

@@ -1,1 +1,1 @@
-"""What a likelihood looks like: surfaces of cues, hidden parts, and what no contour tells."""
+"""Likelihoods of arms: surfaces of cues, hidden parts, and what no contour tells."""

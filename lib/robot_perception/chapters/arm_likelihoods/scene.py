@@ -31,7 +31,7 @@ SHOWN = CHOOSING[10]
 GAIN = 0.5
 """K; ours."""
 AWAY, BEND = 0, 3
-"""Which angles of the arm on the left are swept: away from the body, and the elbow's."""
+"""Angles of the arm on the left that are swept: away from the body, and the elbow's."""
 AWAYS = np.radians(np.arange(-10.0, 150.1, 5.0))
 BENDS = np.radians(np.arange(0.0, 140.1, 5.0))
 CLUTTER, PASSERS = 40, 2

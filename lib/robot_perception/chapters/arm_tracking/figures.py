@@ -20,7 +20,7 @@ from studies.tables import Table
 _PHOTO = {"left": 0.01, "right": 0.99, "bottom": 0.01, "top": 0.99}
 _MIDDLE = np.array([0.0, -0.12, 1.9])
 _TURN = np.radians(35.0)
-"""By which the stick figure is turned, so that depth shows."""
+"""Angle by which the stick figure is turned, so that depth shows."""
 
 
 def seen(ax: Axes, state: views.Tracked) -> None:

@@ -12,7 +12,7 @@ from robot_perception.chapters.arm_tracking.tracking import CLUTTER, PLAIN
 
 FPS = 7.5
 EVERY = 2
-"""Of the pictures every second is shown."""
+"""Pictures from one that is shown to the next."""
 _WORDS = (
     "Above: the picture, the outline of the estimate, and lines through the true joints. Below, "
     "left: both arms in space, turned by 35°, truth and estimate. Right: how far off the wrists "

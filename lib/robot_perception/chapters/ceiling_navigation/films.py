@@ -14,7 +14,7 @@ from robot_perception.chapters.ceiling_navigation.scene import MOUNT, plan
 
 FPS = 8.0
 EVERY = 2
-"""Of so many pictures one is a frame: the film runs nearly twice as fast as the robot."""
+"""Pictures from one frame to the next: the film runs nearly twice as fast as the robot."""
 PLACES = (0.005, 0.01, 0.49, 0.88), (0.505, 0.01, 0.49, 0.88)
 
 

@@ -13,9 +13,9 @@ MOUNT = Mount()
 SCALE = MOUNT.height / MOUNT.focal
 """Z/f of this camera, m per px."""
 CENTRE = np.array(MOUNT.middle)
-"""Where the optical axis meets the picture, px."""
+"""Point at which the optical axis meets the picture, px."""
 HALF = np.array([(MOUNT.size[0] - 1) / 2, (MOUNT.size[1] - 1) / 2]) * SCALE
-"""How far ahead and to the left it sees the ceiling, m."""
+"""Distances ahead and to the left to which it sees the ceiling, m."""
 BORDER = 30.0
 """A pattern is seen if its middle keeps that far off the border, px, as in the library's rules."""
 PER_METRE = 40

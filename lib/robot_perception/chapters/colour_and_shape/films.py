@@ -14,10 +14,10 @@ from explorables.figures.style import MEANING
 from explorables.media import Shown
 
 EVERY = 2
-"""Which of the frames a film shows."""
+"""Frames from one that a film shows to the next."""
 FPS = 6.0
 WIDTH = 4.2
-"""Of a frame, inches."""
+"""Width of a frame, inches."""
 LINES = {"truth": ":", "fused": "-", "edges alone": "--", "colours adapted": "-."}
 Tracks = Mapping[str, Float[np.ndarray, "frames points 2"]]
 """Outlines by tracker, from the second frame on."""

@@ -17,7 +17,7 @@ from studies.rows import Rows
 _TURN = np.linspace(0, 2 * np.pi, 73)
 _PHOTO = {"left": 0.01, "right": 0.99, "bottom": 0.01, "top": 0.91}
 _ROWS = 10
-"""Of the drawing of shares: eight coordinates, their product, and all at once."""
+"""Rows of the drawing of shares: eight coordinates, their product, and all at once."""
 _OF = ("paper", "robot", "agreement", "readings", "anchor")
 """Meanings of colours of the rules, in the order in which sizes are handed in."""
 

@@ -20,7 +20,7 @@ FPS = 7.5
 WIDE, NARROW, HIGH = 4.6, 3.6, 1.12
 """Widths of the films, of pictures of 320 and of 128 px, and their height as a share of that."""
 PLACES = (0.0, 0.33, 1.0, 0.67), (0.15, 0.135, 0.83, 0.15)
-"""Of the picture and of the overlap below it in the frame of a film."""
+"""Places of the picture and of the overlap below it in the frame of a film."""
 Rings = Mapping[str, Float[np.ndarray, "n 4"]]
 LINES = {"truth": ":", "fixed model": "--", "adapted model": "-"}
 

@@ -1,4 +1,4 @@
-"""What is kept of a recording of a real head that turns; the notebook follows it."""
+"""Result of a recording of a real head that turns; the notebook follows it."""
 
 from dataclasses import dataclass, field
 
@@ -17,7 +17,7 @@ APART = 10
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Girl:
-    """What each tracker says of each picture, told of the first.
+    """Result of each tracker in each picture, told of the first.
 
     Parameters
     ----------

@@ -18,7 +18,7 @@ EVERY = 8
 """Steps of 20 cm from one frame to the next."""
 WIDTH, HEIGHT = 7.0, 2.4
 PLACES = (0.01, 0.01, 0.485, 0.88), (0.505, 0.01, 0.485, 0.88)
-"""Of both maps in the frame of the film: left, bottom, width, height."""
+"""Places of both maps in the frame of the film: left, bottom, width, height."""
 
 
 def both_maps(maps: Mapping[str, SimpleNamespace]) -> Shown:

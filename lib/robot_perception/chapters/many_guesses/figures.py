@@ -21,7 +21,7 @@ NAMES = {
     "auxiliary": "at worst",
     "importance": "intersection",
 }
-"""What the colours of the filters stand for elsewhere."""
+"""Meanings of the filters' colours elsewhere."""
 
 
 def bubbles(

@@ -1,1 +1,1 @@
-"""Where am I?: a robot that is switched on somewhere in a map that is finished."""
+"""Localisation ("Where am I?"): a robot that is switched on somewhere in a finished map."""

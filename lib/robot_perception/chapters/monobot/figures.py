@@ -22,7 +22,7 @@ Runs = Any
 (measurements × states), and ``gains`` (steps × vehicle and landmark)."""
 
 VARIANTS = ("plain", "overconfident", "out of order", "uncorrelated", "anchored")
-"""What the variants of the filter mean, in the order of the chapter."""
+"""Variants of the filter and their meanings, in the order of the chapter."""
 
 
 # The rail --------------------------------------------------------------------------------------

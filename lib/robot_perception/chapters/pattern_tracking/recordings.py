@@ -21,14 +21,14 @@ from studies.stored.recordings import Recording
 from studies.tables import Table
 
 STEPS = 16
-"""From the first picture to the last."""
+"""Steps from the first picture to the last."""
 NEAR = 5.0
 """A pattern is held that is no further off, px; ours, one σ of the walk."""
 WINDOWS = WindowRules(most=12, rival=0.9)
-"""As many patterns as are distinctive, up to twelve; walls of paint repeat more than ceilings."""
+"""Rules for as many patterns as are distinctive, up to twelve: paint repeats more than ceilings."""
 BORDER = 40.0
 SWING = np.array([30.0, -20.0, np.deg2rad(20.0), 0.3])
-"""How far the aloe is moved, turned and brought closer, as the wall's patterns may be by theirs."""
+"""Motion of the aloe: moved, turned and brought closer, as the wall's patterns may be by theirs."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -56,7 +56,7 @@ class Real:
 
     @property
     def held(self) -> np.ndarray:
-        """Which patterns are where they must be in the last picture."""
+        """Mask of the patterns that are where they must be in the last picture."""
         return self.off[-1] <= NEAR
 
     def row(self) -> list[float]:
@@ -146,4 +146,4 @@ def carried(place: Float[np.ndarray, "2"], H: Float[np.ndarray, "3 3"]) -> Float
 
 PHOTOGRAPHS = Recording("image_pairs", photographs, Photographs, "pattern-photographs")
 PER_STEP = float(np.hypot(*(SWING[:2] / STEPS / SIGMAS[:2])))
-"""How far the aloe moves from picture to picture, σ of the walk."""
+"""Motion of the aloe from picture to picture, σ of the walk."""

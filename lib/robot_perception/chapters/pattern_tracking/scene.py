@@ -1,4 +1,4 @@
-"""What the notebook, its drawings and its recordings share: a pattern's place and its walk."""
+"""Scene that notebook, drawings and recordings share: a pattern's place and its walk."""
 
 import numpy as np
 from jaxtyping import Float
@@ -7,12 +7,12 @@ from robot_perception.ceiling.tracker import TrackerRules
 
 MIDDLE = (160.0, 120.0)
 START = np.array([*MIDDLE, 0.0, 1.0])
-"""Where the patch lies in the first picture: the middle, as it was learnt."""
+"""Place of the patch in the first picture: the middle, as it was learnt."""
 WINDOW = (64, 64)
-"""Of the pattern, px; ours."""
+"""Size of the pattern, px; ours."""
 COORDINATES = ("x", "y", "θ", "s")
 SIGMAS = np.array([5.0, 5.0, np.deg2rad(3.0), 0.1])
-"""Of the random walk, section 4.1: px, px, rad and 1."""
+"""Deviations of the random walk, section 4.1: px, px, rad and 1."""
 RULES = TrackerRules(sigmas=tuple(SIGMAS.tolist()))
 """200 particles, as in section 4.1; the paper leaves the spread of eq. (6) and the threshold of a
 bad vector open, and both were chosen on patches that are not scored."""

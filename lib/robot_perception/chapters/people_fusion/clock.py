@@ -27,15 +27,15 @@ from robot_perception.people.aggregation import AggregationRules, Hypotheses
 
 FPS = 5
 TIMES = np.arange(0.4, 10.4, 1 / FPS).round(2)
-"""Of the frames, s: ten seconds of the session, as fast as they went by."""
+"""Times of the frames, s: ten seconds of the session, as fast as they went by."""
 WIDTH, HEIGHT = 6.4, 3.3
 PLACES = (0.0, 0.04, 0.46, 0.86), (0.55, 0.15, 0.44, 0.78)
-"""Of picture and plan in the frame of the film: left, bottom, width, height."""
+"""Places of picture and plan in the frame of the film: left, bottom, width, height."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Instant:
-    """What the sensors reported last before a time (s), and what the committee then knows.
+    """Last reports of the sensors before a time (s), and what the committee then knows.
 
     The picture is red, green and blue; ranges are m, 0 where nothing came back. Where the people
     are (ahead, to the left, and up to the head, m), and where their bodies are turned (rad).

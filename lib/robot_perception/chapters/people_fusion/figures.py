@@ -97,7 +97,7 @@ def ways(ax: Axes, run: Any, room: Room) -> Axes:
 
 
 Shares = Mapping[str, tuple[Interval, Interval]]
-"""Of the people who are tracked, and of the hypotheses that are false, by name."""
+"""Shares of the people who are tracked, and of the hypotheses that are false, by name."""
 
 
 @drawn(

@@ -36,7 +36,7 @@ FAR = 10.0  # what is further away lies outside of the drawing of a real scan, m
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Room:
-    """What stands in a room, ahead and to the left of the robot, m.
+    """Things in a room, ahead and to the left of the robot, m.
 
     Walls and furniture at the height of the laser, tops of tables, and round things with their
     radius.

@@ -17,7 +17,7 @@ SHOWN = 6  # which of the frames used is shown
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Pedestrians:
-    """What a model of skin from rendered pictures finds in a real street.
+    """Detections of skin in a real street by a model from rendered pictures.
 
     One frame (blue, green and red), what of it is taken for skin, and what is not as in the median
     picture; over all frames used, how many pixels are taken for skin, move, are both, and all.

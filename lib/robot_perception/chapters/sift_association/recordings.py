@@ -52,19 +52,19 @@ class Pair:
 
     @property
     def known(self) -> Bool[np.ndarray, " n"]:
-        """Which of the features have a known place in the other picture."""
+        """Mask of the features that have a known place in the other picture."""
         return self.truth[:, 0] < FAR / 2
 
     @property
     def there(self) -> Bool[np.ndarray, " n"]:
-        """Which of the features have a feature of the other picture where they must be."""
+        """Mask of the features that have a feature of the other picture where they must be."""
         gaps = np.linalg.norm(self.truth[:, None] - self.others, axis=-1)
         return self.known & (gaps.min(axis=1) <= RIGHT_PX)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Chosen:
-    """Which feature of the second picture each of the first is taken for, -1 for none."""
+    """Feature of the second picture that each of the first is taken for, -1 for none."""
 
     others: Int[np.ndarray, " n"]
     right: Bool[np.ndarray, " n"]

@@ -32,7 +32,7 @@ DETECTOR = FaceDetector()
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Gallery:
-    """What eigenfaces make of twenty people.
+    """Result of eigenfaces on twenty people.
 
     Parameters
     ----------

@@ -29,7 +29,7 @@ PLACES = {
     "halt": (4.3, 2.2),
     "gesture": (4.3, 0.6),
 }
-"""Where the states stand in the drawing of the table, inches."""
+"""Places of the states in the drawing of the table, inches."""
 TEXTS = {
     ("wait", "identify"): (0.5, "face"),
     ("identify", "wait"): (0.3, "nobody"),
@@ -40,7 +40,7 @@ TEXTS = {
     ("idle", "gesture"): (0.3, "hand beside"),
     ("gesture", "idle"): (0.3, "hand down"),
 }
-"""How far the arrows bend that have a text, and the event that leads there."""
+"""Bends of the arrows that have a text, and the event that leads there."""
 
 
 def seen(ax: Axes, moment: SimpleNamespace) -> Axes:

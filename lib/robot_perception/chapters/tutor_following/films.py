@@ -14,7 +14,7 @@ from robot_perception.chapters.tutor_following import figures as draw
 
 FPS = 6.0
 EVERY = 3
-"""Of the pictures of the visit every third is shown."""
+"""Pictures of the visit from one that is shown to the next."""
 STATES = tuple(draw.PLACES)
 
 

@@ -1,4 +1,4 @@
-"""What the notebook, its recordings and its tests share: the camera, the detector, the rules."""
+"""Scene that notebook, recordings and tests share: the camera, the detector, the rules."""
 
 from functools import lru_cache
 
@@ -15,7 +15,7 @@ CAMERA = RobotCamera()
 SAME = 0.4
 """A detection is at what it should be at if they overlap by that (intersection over union); ours"""
 RULES = TutorRules(gate=0.3, whole_gate=0.4)
-"""Of the tracker with several patches; the gates are chosen on the films to choose on."""
+"""Rules of the tracker with several patches; the gates are chosen on the films to choose on."""
 FREE = {"gate": 1.0, "whole_gate": 1.0}
 """Gates that let every picture be learnt."""
 

@@ -16,13 +16,13 @@ from robot_perception.chapters.visual_slam import figures as draw
 FPS = 5
 WIDTH, HEIGHT = 6.4, 4.6
 PLACES = (0.02, 0.4, 0.47, 0.54), (0.6, 0.4, 0.39, 0.54), (0.1, 0.11, 0.88, 0.2)
-"""Of picture, map and errors in the frame of a film: left, bottom, width, height."""
+"""Places of picture, map and errors in the frame of a film: left, bottom, width, height."""
 MOST, LINE = 1.5, 0.28
 """Upper end of the axis of errors, and the height of a label on it, m."""
 
 
 class Moment(NamedTuple):
-    """What the filter knows at a frame: its particles, and path and landmarks of the heaviest, m.
+    """State of the filter at a frame: its particles, and path and landmarks of the heaviest, m.
 
     ``used`` are the points of the frame, rows of what was seen, that were of known landmarks.
     """

@@ -1,4 +1,4 @@
-"""What the wheels report, as a camera and as the filter take it."""
+"""Reports of the wheels, as a camera and as the filter take them."""
 
 import numpy as np
 from jaxtyping import Float

@@ -34,7 +34,7 @@ SIGMA = 0.5  # of a column, and of a row, px; ours
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Followed:
-    """What the filter made of a recording, by number of particles, m and rad.
+    """Result of the filter on a recording, by number of particles, m and rad.
 
     Of the first run there are the true path in the plane, that by the simulated ``wheels``, those
     of the heaviest particle, and the map of the last of them. Each run has an absolute trajectory

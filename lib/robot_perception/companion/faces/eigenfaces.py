@@ -36,7 +36,7 @@ Face = Float[np.ndarray, "rows columns"]
 @final
 @dataclass(frozen=True, eq=False, slots=True)
 class Recognition:
-    """Who a face may be.
+    """Result of recognising a face.
 
     Parameters
     ----------

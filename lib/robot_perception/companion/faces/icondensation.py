@@ -110,7 +110,7 @@ class FaceFilterRules:
 @final
 @dataclass(frozen=True, eq=False, slots=True)
 class FaceFilterState:
-    """What is known of the face.
+    """State of the face filter.
 
     Parameters
     ----------
@@ -140,7 +140,7 @@ class FaceFilterState:
 @final
 @dataclass(frozen=True, eq=False, slots=True)
 class FaceFilterInfo:
-    """What a step saw.
+    """Diagnostics of one step.
 
     Parameters
     ----------

@@ -54,7 +54,7 @@ class SeenFace:
 @final
 @dataclass(frozen=True, eq=False, slots=True)
 class Link:
-    """With whom the robot is in touch.
+    """State of the link between the robot and a tutor.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ class Link:
 @final
 @dataclass(frozen=True, slots=True)
 class LinkRules:
-    """When a link goes on, and when it ends.
+    """Rules by which a link goes on and ends.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ class LinkRules:
 @final
 @dataclass(frozen=True, slots=True)
 class LinkInfo:
-    """What a step decided.
+    """Decisions of one step.
 
     Parameters
     ----------

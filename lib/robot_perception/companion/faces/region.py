@@ -92,7 +92,7 @@ class RegionRules:
 @final
 @dataclass(frozen=True, eq=False, slots=True)
 class RegionState:
-    """What is known of a face, or that none is followed.
+    """State of the face tracker: a face, or none.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ class RegionState:
 @final
 @dataclass(frozen=True, eq=False, slots=True)
 class RegionInfo:
-    """What a step saw.
+    """Diagnostics of one step.
 
     Parameters
     ----------

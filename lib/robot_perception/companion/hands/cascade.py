@@ -31,7 +31,7 @@ __all__ = ["Cascade", "Goals", "HandDetector", "Stage", "StageReport", "train"]
 FORMAT = "boosted cascade of Haar-like features"
 VERSION = 1
 MOST_FEATURES, MOST_STAGES, MOST_STUMPS = 20_000, 100, 10_000
-"""Of a cascade, and of a stage."""
+"""Largest numbers of features and stages of a cascade."""
 
 
 @final
@@ -209,7 +209,7 @@ def _stage(name: str, plain: Any) -> Stage:
 @final
 @dataclass(frozen=True, slots=True)
 class Goals:
-    """What each stage must reach.
+    """Goals of the training of each stage.
 
     Parameters
     ----------
@@ -242,7 +242,7 @@ class Goals:
 @final
 @dataclass(frozen=True, slots=True)
 class StageReport:
-    """What a stage reached on the samples that it was trained on.
+    """Rates that a stage reached on the samples that it was trained on.
 
     Parameters
     ----------

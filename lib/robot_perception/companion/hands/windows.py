@@ -21,7 +21,7 @@ Grey = UInt8[np.ndarray, "height width"]
 Window = UInt8[np.ndarray, "24 24"]
 
 SCALE, STEP, EACH = 1.12, 1, 60
-"""How densely pictures are searched for windows that deceive, and how many each gives at most."""
+"""Density of the search for windows that deceive, and how many each picture gives at most."""
 
 
 def window_at(image: Grey, box: Float[np.ndarray, " 4"]) -> Window:

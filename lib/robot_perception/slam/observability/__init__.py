@@ -1,4 +1,4 @@
-r"""What the sensors of the planar robot can see of the state, and what they cannot.
+r"""Observability of the planar robot's state, by sensors.
 
 The state is :math:`x = (t_x, t_y, \varphi, p_{1x}, p_{1y}, …)`. Three analyses stand side by side:
 

@@ -16,7 +16,7 @@ MOST_STEPS = 10_000
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Analysis:
-    """What an observability matrix sees.
+    """Rank and null space of an observability matrix.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What is measured: landmarks, anchors, the position, the heading; each a row block of one H."""
+"""Sensors: landmarks, anchors, the position, the heading; each a row block of one H."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ Seen = tuple[np.ndarray, np.ndarray]
 
 CARTESIAN = CartesianSensor(np.eye(2))
 RANGE_BEARING = RangeBearing(np.eye(2))
-"""How points are seen. Observability asks what is seen, not how well: the noises do not matter."""
+"""Sensor of points. Observability asks what is seen, not how well: the noises do not matter."""
 
 
 @runtime_checkable

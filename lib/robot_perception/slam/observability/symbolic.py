@@ -50,7 +50,7 @@ class Formula(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """What one analysis says about one set of sensors.
+    """Result of the analysis of one set of sensors.
 
     Parameters
     ----------
@@ -66,12 +66,12 @@ class Reading:
 
     @property
     def full(self) -> bool:
-        """Whether everything is seen."""
+        """True if the whole state is observable."""
         return self.rank == self.dimension
 
     @property
     def proven(self) -> bool:
-        """Whether the unseen motions account for all that the rank lacks."""
+        """True if the unseen motions account for all that the rank lacks."""
         return self.rank + len(self.unseen) == self.dimension
 
 

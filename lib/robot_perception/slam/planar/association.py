@@ -1,4 +1,4 @@
-"""Which landmark is it? Association inside the filter."""
+"""Data association inside the filter."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -21,7 +21,7 @@ KINDS = ("known", "gated", "joint")
 
 @dataclass(frozen=True, slots=True)
 class Association:
-    """How observations find their landmarks.
+    """Rules of data association.
 
     Parameters
     ----------

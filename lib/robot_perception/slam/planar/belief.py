@@ -1,4 +1,4 @@
-"""What the planar filter knows: one Gaussian over the robot's pose and all landmarks."""
+"""Belief of the planar filter: one Gaussian over the robot's pose and all landmarks."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What ground truth says of a robot: its wheels, its camera, and which landmark it saw.
+"""Calibration of a robot by ground truth: its wheels, its camera, and which landmark it saw.
 
 Motion capture or the corrected poses of a recording stand for the truth; nothing here is for a
 filter to call.
@@ -34,7 +34,7 @@ BLIND = (
 
 @runtime_checkable
 class GroundTruth(Protocol):
-    """Where a robot was, as `datasets.Track` has it."""
+    """True path of a robot, as `datasets.Track` has it."""
 
     times: np.ndarray
 
@@ -44,7 +44,7 @@ class GroundTruth(Protocol):
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Calibration:
-    """What ground truth says of the sensors of one robot, or of several together.
+    """Calibration of the sensors of one robot, or of several together.
 
     Pairs are of way and turn, or of range (m) and bearing (rad).
 

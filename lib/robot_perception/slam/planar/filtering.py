@@ -29,7 +29,7 @@ Anchors = Mapping[int, np.ndarray]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Innovation:
-    r"""What an update saw.
+    r"""Diagnostics of one update.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""How the vehicle moves: odometry increments, or speed and turn rate held for a while."""
+"""Motion models: odometry increments, or speed and turn rate held for a while."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -120,7 +120,7 @@ class Velocity:
 
 
 PlanarMotion = Odometry | Velocity
-"""How a robot has moved in the plane since the step before."""
+"""Motion of a robot in the plane since the step before."""
 
 
 def dead_reckoning(

@@ -99,7 +99,7 @@ class Truth:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Settings:
-    """How the filter works.
+    """Settings of the filter.
 
     Parameters
     ----------
@@ -156,7 +156,7 @@ class Settings:
 
 @dataclass(frozen=True, slots=True)
 class Counts:
-    """What became of the observations of a run.
+    """Numbers of observations of a run, by what became of them.
 
     Parameters
     ----------
@@ -187,7 +187,7 @@ class Counts:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class History:
-    """What a run left behind; index 0 of each array is the first step.
+    """History of a run; index 0 of each array is the first step.
 
     Parameters
     ----------

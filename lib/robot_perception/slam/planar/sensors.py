@@ -1,4 +1,4 @@
-"""What the vehicle measures: landmarks in its own frame, its position, its heading."""
+"""Sensors of the vehicle: landmarks in its own frame, its position, its heading."""
 
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
@@ -15,7 +15,7 @@ from robot_perception.slam.planar.motions import checked_noise
 
 @runtime_checkable
 class LandmarkSensor(Protocol):
-    """What the filter asks of a sensor of landmarks; k observations at once."""
+    """Interface of a sensor of landmarks; k observations at once."""
 
     noise: np.ndarray
 

@@ -1,4 +1,4 @@
-"""Which landmark is it? One answer for all particles, or one for each.
+"""Data association, one for all particles or one for each.
 
 A pair of an observation and a landmark is possible where its squared Mahalanobis distance in space
 passes a gate and what it costs, the distance of descriptors, does not exceed a limit. Of the
@@ -138,7 +138,7 @@ def associate_each(
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Possible:
-    """Which pairs are possible but for the gate, and what is needed to tell.
+    """Pairs that are possible but for the gate, and the numbers that decide it.
 
     Parameters
     ----------

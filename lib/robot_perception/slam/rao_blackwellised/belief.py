@@ -1,4 +1,4 @@
-"""What the filter knows: weighted poses, and for each pose a map of its own."""
+"""Belief of the filter: weighted poses, and for each pose a map of its own."""
 
 from collections.abc import Sequence
 
@@ -117,7 +117,7 @@ class ParticleMaps:
 
     @property
     def known(self) -> Bool[np.ndarray, "M N"]:
-        """Whether a particle has a landmark in its map: all do where names are shared."""
+        """Mask of the landmarks that a particle has in its map: all do where names are shared."""
         return self.table.T >= 0
 
     @property

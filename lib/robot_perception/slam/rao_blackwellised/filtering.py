@@ -36,7 +36,7 @@ Criterion = Callable[[np.ndarray], float]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Weighing:
-    r"""What an update saw.
+    r"""Diagnostics of one update.
 
     Parameters
     ----------

@@ -54,7 +54,7 @@ class Asked:
 
     @property
     def points(self) -> int:
-        """What a right answer counts."""
+        """Points of a right answer."""
         return BY_CODE if _CODE.search(self.title) else BY_HAND
 
 

@@ -15,7 +15,7 @@ from robot_perception.teaching import FRONT_END
 
 @dataclass(frozen=True, eq=False)
 class Exercise:
-    """What counts as right, and what to say to the typical mistakes.
+    """Judge of an exercise: right answers, and replies to the typical mistakes.
 
     Parameters
     ----------

@@ -49,16 +49,16 @@ PRELOADED = [
     "numba",
     "cv2",
 ]
-"""What takes seconds to import, and is imported once for all notebooks where the system forks."""
+"""Packages that take seconds to import, imported once for all notebooks where the system forks."""
 _STARTED_WITH = {"MPLBACKEND": "Agg", "PYTHONSAFEPATH": "1"}  # no module of the current folder
 
 Outcome = tuple[str, str]
-"""What came of an answer, and what is said of it."""
+"""Result of an answer, and the reply to it."""
 
 
 @dataclass(frozen=True)
 class Mark:
-    """What came of one exercise of one student.
+    """Mark of one exercise of one student.
 
     Parameters
     ----------
@@ -171,7 +171,7 @@ def notebooks(place: Path, stem: str) -> list[Path]:
 
 @dataclass(frozen=True)
 class Rules:
-    """By what the answers of a chapter are judged.
+    """Rules by which the answers of a chapter are judged.
 
     Parameters
     ----------

@@ -27,7 +27,7 @@ Message = dict[str, Any]
 
 
 class BrokenLine(BaseException):
-    """Nothing more can come from the other side; it is no ``Exception``, so judges let it through.
+    """Error: the other side sends nothing more; it is no ``Exception``, so judges let it through.
 
     Parameters
     ----------

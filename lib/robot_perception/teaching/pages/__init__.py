@@ -1,1 +1,1 @@
-"""What leads through the book: contents, paths, cards, source code beside equations."""
+"""Ways through the book: contents, paths, cards, source code beside equations."""

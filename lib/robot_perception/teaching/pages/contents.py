@@ -68,7 +68,7 @@ class Page:
 
     @cached_property
     def box(self) -> str | None:
-        """What the box "Before you start" says; ``None`` if there is none."""
+        """Text of the box "Before you start"; ``None`` if there is none."""
         found = _BOX.search(self.source[0])
         return found and found[1]
 

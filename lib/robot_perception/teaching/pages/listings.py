@@ -1,4 +1,4 @@
-"""What a reader needs of a function: its body without docstring, validation and annotations.
+"""Listing of a function for a reader: its body without docstring, validation and annotations.
 
 The source is cut, never rewritten: layout and comments stay. What goes is
 

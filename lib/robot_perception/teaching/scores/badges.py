@@ -13,7 +13,7 @@ from studies.records import records
 from studies.verdicts import Basis, Verdict
 
 SHEETS = (FRONT_END / "badge.css", "table.css")
-"""What badges and tables look like. Tables of results bring no sheet: tests compare their HTML."""
+"""Style sheets of badges and tables. Tables of results bring no sheet: tests compare their HTML."""
 
 EXPLAINED = {
     Verdict.REPRODUCED: "the whole interval of our number lies inside the stated range",
@@ -26,7 +26,7 @@ EXPLAINED = {
     Verdict.ILLUSTRATED: "the paper gives no number; ours stands beside its words",
     Verdict.UNTESTABLE: "needs what nobody has",
 }
-"""What each verdict means, for a reader."""
+"""Meaning of each verdict, for a reader."""
 
 STANDS_ON = {
     Basis.MATHEMATICS: "mathematics",

@@ -45,7 +45,7 @@ THEMES = {
 ORDER = tuple(dict.fromkeys(THEMES.values()))
 
 MEDIA = {"in JupyterLab": ("In Jupyter", ORANGE), "built page": ("On the page", BLUE)}
-"""Where a control is moved, as recorded, with its words and colour."""
+"""Media in which a control is moved, as recorded, with words and colour."""
 
 MOVES = re.compile(
     rf"(?P<page>\w+), (?P<control>.+), (?P<medium>{'|'.join(MEDIA)}) "
@@ -91,7 +91,7 @@ class Work:
 
 @dataclass(frozen=True, slots=True)
 class Latency:
-    """How long a control of an explorer takes to move its picture in a medium, one of `MEDIA`."""
+    """Time that a control of an explorer takes to move its picture in a medium, one of `MEDIA`."""
 
     page: str
     control: str

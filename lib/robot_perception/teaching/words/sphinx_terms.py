@@ -21,7 +21,7 @@ from studies.records import records
 APART = (
     dropdown_main, nodes.Admonition, nodes.caption, nodes.figure, nodes.table, nodes.term,
 )  # fmt: skip
-"""What is not the main line of a page."""
+"""Nodes beside the main line of a page."""
 UNMARKED = ("library", "_modules")
 """First parts of the names of pages that are no prose."""
 

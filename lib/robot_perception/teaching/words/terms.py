@@ -84,7 +84,7 @@ class Term:
 
     @property
     def plain(self) -> str:
-        """What it means, without emphasis."""
+        """Meaning, without emphasis."""
         return _STRONG.sub(r"\1", self.says)
 
     @property
