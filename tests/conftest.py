@@ -3,18 +3,24 @@
 import gc
 import json
 import os
+import subprocess
 import sys
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import pytest
 from hypothesis import settings
+from jupyter_client.provisioning import KernelProvisionerFactory
 from playwright.sync_api import Browser, sync_playwright
 from xdist.scheduler import LoadFileScheduling
 from xdist.workermanage import WorkerController
 
+from studies.pages.forked import CAN_FORK, Forked, forked_kernels
+from studies.pages.forked import NAME as FORKED
 from tests.proof import RECORD, SECONDS, WHOLE
 from tests.site.browser import launch
 from tests.site.counts import COUNTS
@@ -89,6 +95,40 @@ def browser() -> Iterator[Browser]:
             pytest.skip("no Chromium on this machine; install the package chromium")
         yield found
         found.close()
+
+
+class Kernels:
+    """Has the kernels of notebooks forked, as the build does: they have then imported the most."""
+
+    def __init__(self) -> None:
+        self.held = ExitStack()
+        self.server: subprocess.Popen | None = None
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_setup(self, item: pytest.Item) -> Iterator[None]:
+        """Lend nbval the process that kernels are forked from."""
+        if item.path.suffix != ".ipynb" or not CAN_FORK:
+            return (yield)
+        factory = KernelProvisionerFactory.instance()
+        before, other = factory.default_provisioner_name, Forked.server
+        if self.server is None:
+            self.held.enter_context(forked_kernels())
+            self.server = Forked.server
+        Forked.server, factory.default_provisioner_name = self.server, FORKED
+        try:
+            return (yield)
+        finally:
+            Forked.server, factory.default_provisioner_name = other, before
+
+    def pytest_sessionfinish(self) -> None:
+        """Let the process end."""
+        with patch.object(Forked, "server", self.server):
+            self.held.close()
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Notebooks lie outside of this folder, where the hooks of this file do not reach."""
+    config.pluginmanager.register(Kernels())
 
 
 def _noted(terminalreporter: Any) -> Iterator[tuple[str, Any]]:

@@ -16,10 +16,9 @@ from robot_perception.teaching.course.weeks import (
     week,
     weeks,
 )
-from robot_perception.teaching.pages.contents import read
+from tests.book.contents import CONTENTS
 from tests.book.pages import BOOK, NOTEBOOKS, notebook
 
-CONTENTS = read()
 WEEKS = weeks()
 PROJECT = 2
 """Weeks at the end that belong to a project on the students' own data."""

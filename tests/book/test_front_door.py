@@ -6,15 +6,14 @@ from string import Formatter
 import pytest
 
 from robot_perception.chapters import CHAPTERS, PRIMER
-from robot_perception.teaching.pages.contents import read
 from robot_perception.teaching.pages.paths import PATHS
 from robot_perception.teaching.scores.badges import recorded
 from robot_perception.teaching.scores.overview import holds
 from robot_perception.teaching.scores.papers import PAPERS
 from robot_perception.teaching.scores.scorecard import OURS
+from tests.book.contents import CONTENTS
 from tests.book.pages import BOOK, ROOT
 
-CONTENTS = read()
 ERRATA = (BOOK / "errata.md").read_text("utf-8")
 PARTS = ("The paper prints", "It must be", "Why", "What the difference does")
 

@@ -4,12 +4,11 @@ import re
 
 import pytest
 
-from robot_perception.teaching.pages.contents import read
 from robot_perception.teaching.scores.papers import PAPERS
 from robot_perception.teaching.words.terms import PAGE, called, heading, readable, uses
 from robot_perception.teaching.words.terms import read as read_terms
+from tests.book.contents import CONTENTS
 
-CONTENTS = read()
 TERMS = read_terms()
 MOST_WORDS = 40
 SMALL = """

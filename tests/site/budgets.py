@@ -2,8 +2,11 @@
 
 import re
 from collections.abc import Iterator
+from functools import cached_property
 
-from bs4 import BeautifulSoup, NavigableString, Tag
+from bs4 import NavigableString, Tag
+
+from tests.site.soup import parsed
 
 NO_PROSE = (
     "script, noscript, style, svg, table, form, fieldset, button, .cell_input, .rp-source, "
@@ -34,7 +37,7 @@ class Chapter:
     """The main text of a page, without its exercises."""
 
     def __init__(self, html: str) -> None:
-        found = BeautifulSoup(html, "html.parser").select_one("article")
+        found = parsed(html).select_one("article")
         assert found is not None, "the page has no article"
         for section in found.select("section#exercises"):
             section.decompose()
@@ -53,9 +56,13 @@ class Chapter:
 
     def paragraphs(self) -> list[str]:
         """Return the paragraphs of the main line, headings and captions among them."""
-        return [text for _, text in self._paragraphs()]
+        return [text for _, text in self._paragraphs]
 
-    def _paragraphs(self) -> Iterator[tuple[Tag, str]]:
+    @cached_property
+    def _paragraphs(self) -> list[tuple[Tag, str]]:
+        return list(self._found())
+
+    def _found(self) -> Iterator[tuple[Tag, str]]:
         hidden = {id(node) for node in self.text.select(NO_PROSE)}
         for node in self.text.find_all(BLOCKS):
             above = {id(parent) for parent in (node, *node.parents)}
@@ -75,7 +82,7 @@ class Chapter:
         assert first is not None, f"the page has nothing of the kind {selector}"
         after = {id(node) for node in first.find_all_next(BLOCKS)}
         after |= {id(node) for node in first.find_all(BLOCKS)}
-        return sum(_words(text) for node, text in self._paragraphs() if id(node) not in after)
+        return sum(_words(text) for node, text in self._paragraphs if id(node) not in after)
 
     def numbers(self) -> list[tuple[int, str]]:
         """Return how many numbers each paragraph has outside formulae, code and links."""

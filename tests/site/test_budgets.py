@@ -1,14 +1,14 @@
 """A chapter keeps the budgets: it is read in an hour at most, and shows before it judges."""
 
+from functools import lru_cache
 from pathlib import Path
 
 import pytest
 
 from robot_perception.chapters import CHAPTERS, PRIMER
-from robot_perception.teaching.pages.contents import read
+from tests.book.contents import CONTENTS
 from tests.site.budgets import Chapter
 
-CONTENTS = read()
 WORDS, NUMBERS = 4000, 5
 FIGURES, EXPLORERS, QUESTIONS, BETS = 12, 5, 3, 3
 CELLS, VISIBLE = 90, 35
@@ -16,10 +16,22 @@ CELLS, VISIBLE = 90, 35
 BEFORE_FIGURE, BEFORE_EXPLORER = 350, 700
 
 
+@lru_cache(maxsize=1)
+def built(page: Path) -> Chapter:
+    """Return a chapter of the built site."""
+    return Chapter(page.read_text("utf-8"))
+
+
 @pytest.fixture(params=(*PRIMER, *CHAPTERS), scope="module")
-def chapter(request: pytest.FixtureRequest, site: Path) -> Chapter:
+def stem(request: pytest.FixtureRequest) -> str:
+    """The name of a chapter."""
+    return request.param
+
+
+@pytest.fixture(scope="module")
+def chapter(stem: str, site: Path) -> Chapter:
     """A chapter of the built site."""
-    return Chapter((site / f"{request.param}.html").read_text("utf-8"))
+    return built(site / f"{stem}.html")
 
 
 def test_its_main_line_is_short(chapter: Chapter) -> None:
@@ -27,10 +39,9 @@ def test_its_main_line_is_short(chapter: Chapter) -> None:
     assert chapter.words() <= WORDS
 
 
-@pytest.mark.parametrize("stem", [*PRIMER, *CHAPTERS])
-def test_the_words_that_are_counted_are_those_of_the_page(stem: str, site: Path) -> None:
+def test_the_words_that_are_counted_are_those_of_the_page(stem: str, chapter: Chapter) -> None:
     """Counted from the notebook; exercises and folds come on top of the main line."""
-    shown = Chapter((site / f"{stem}.html").read_text("utf-8")).words()
+    shown = chapter.words()
     assert 0.95 * shown <= CONTENTS.pages[stem].words <= 1.6 * shown
 
 
