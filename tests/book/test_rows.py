@@ -23,7 +23,7 @@ from tests.unchecked import unchecked
 
 DRAWN = 2
 """Trials of each study that the whole proof computes anew."""
-SHORT = 3.0
+SHORT = 1.5
 """Trials that take longer are computed in the whole proof only, s."""
 CHEAP = 1.0
 """Where no trial takes longer, any combination of factors may be drawn, s."""
