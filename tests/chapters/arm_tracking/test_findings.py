@@ -6,18 +6,17 @@ import pytest
 from robot_perception.arms.likelihoods import Bodies, apart, look, summed
 from robot_perception.arms.tracker import ArmRules, ArmTracker
 from robot_perception.book import arm_tracking as page
-from robot_perception.chapters.arm_tracking import views
 from robot_perception.particles import effective_number
 
 
 def test_the_film_of_pointing_holds_both_arms():
-    state = views.pointing(16)
+    state = page.moment(page.POINTS, page.PLAIN, 16)
     assert state.held == 2
     assert np.ptp(state.sticks[:, 2, 1]) > 40, "one arm is lifted"
 
 
 def test_the_factors_of_both_arms_are_the_likelihood_of_the_page():
-    shown, state = views.first()
+    shown, state = page.begun()
     seen, bodies = look(shown.frames[1], state.grey), Bodies(state.first.model, shown.angles[:9])
     whole = sum(summed(state.cues, seen, bodies).values())
     parts = sum(apart(state.cues, seen, bodies).values())
@@ -25,7 +24,7 @@ def test_the_factors_of_both_arms_are_the_likelihood_of_the_page():
 
 
 def test_more_particles_count_where_arms_are_drawn_apart():
-    shown, start = views.first()
+    shown, start = page.begun()
     count = {}
     for name in ("auxiliary", "apart"):
         state, rng, each = start, np.random.default_rng(0), []

@@ -10,9 +10,7 @@ from robot_perception.arms.body_model import REST, Measures
 from robot_perception.arms.likelihoods import Bodies, EdgeCue, look
 from robot_perception.arms.tracker import BOUNDS, CUES
 from robot_perception.book import arm_tracking as page
-from robot_perception.chapters.arm_likelihoods.scene import CHOOSING
-from robot_perception.chapters.arm_tracking import tracking, views
-from robot_perception.chapters.arm_tracking.tracking import (
+from robot_perception.book.arm_tracking import (
     BEGIN,
     CLUTTER,
     FRAMES,
@@ -21,10 +19,11 @@ from robot_perception.chapters.arm_tracking.tracking import (
     WAYS,
     Run,
     face_of,
-    film,
+    film_of,
     follow,
-    tracker,
+    tracker_of,
 )
+from robot_perception.chapters.arm_likelihoods.scene import CHOOSING
 from studies.rows import Rows, framed
 
 
@@ -38,7 +37,7 @@ def test_an_arm_is_held_if_its_wrist_is_near_in_the_last_second():
     wrists = np.full((48, 2), 50.0)
     wrists[-15:, 0] = HELD - 1
     wrists[-15:, 1] = [HELD - 1] * 14 + [HELD + 20]
-    assert replace(views.pointing(16), wrists=wrists).held == 1
+    assert run_of(wrists).held == 1
 
 
 def test_errors_are_told_once_the_first_second_is_over():
@@ -49,10 +48,10 @@ def test_errors_are_told_once_the_first_second_is_over():
 
 
 def test_each_way_is_the_papers_cues_but_for_what_its_name_says():
-    shown = film(CHOOSING[6], "pointing, plain", 2)
-    start = tracker().start(shown.frames[0], rng=np.random.default_rng(0), face=shown.face)
+    shown = film_of(CHOOSING[6], "pointing, plain", 2)
+    start = tracker_of().start(shown.frames[0], rng=np.random.default_rng(0), face=shown.face)
     made = {way: {name: make(start.first) for name, make in cues.items()}
-            for way, (cues, _) in WAYS.items()}  # fmt: skip
+            for way, cues in WAYS.items()}  # fmt: skip
     for way, cues in made.items():
         left_out = {"no contours": {"edges"}, "no patches": {"colour", "texture"},
                     "contours only": {"colour", "texture"},
@@ -62,12 +61,12 @@ def test_each_way_is_the_papers_cues_but_for_what_its_name_says():
         assert made[way]["edges"].gain is None
         assert made[way]["edges"].toll is None
     assert made["all cues"]["edges"] == EdgeCue(gain=0.5, weight=made["all cues"]["edges"].weight)
-    assert all(bounds is BOUNDS for _, bounds in WAYS.values())
+    assert all(dict(tracker_of(way).bounds) == dict(BOUNDS) for way in WAYS)
 
 
 def test_a_run_compares_with_what_is_true_in_the_film():
-    shown = film(CHOOSING[6], "pointing, plain", 6)
-    run = follow(tracker(particles=60), shown, CHOOSING[6])
+    shown = film_of(CHOOSING[6], "pointing, plain", 6)
+    run = follow(tracker_of(particles=60), shown, CHOOSING[6])
     np.testing.assert_allclose(run.angles, np.abs(run.states - shown.angles))
     assert run.wrists.shape == (6, 2)
     assert run.saved.max() <= 1
@@ -75,14 +74,14 @@ def test_a_run_compares_with_what_is_true_in_the_film():
 
 def test_the_same_film_and_tracker_give_the_same_run():
     one, two = (
-        follow(tracker(particles=40), film(CHOOSING[2], "gesturing, clutter", 5), 3)
+        follow(tracker_of(particles=40), film_of(CHOOSING[2], "gesturing, clutter", 5), 3)
         for _ in range(2)
     )
     np.testing.assert_array_equal(one.states, two.states)
 
 
 def test_where_no_face_is_found_the_true_one_is_taken():
-    shown = film(CHOOSING[6], "pointing, plain", 2)
+    shown = film_of(CHOOSING[6], "pointing, plain", 2)
     frames = shown.frames.copy()
     left, top, wide, high = np.rint(shown.face).astype(int)
     frames[:, top - 8 : top + high + 8, left - 8 : left + wide + 8] = 120
@@ -120,9 +119,9 @@ def test_the_floor_of_a_power_law_is_found():
 
 
 def test_the_films_of_a_study_are_of_people_who_vary_and_nobody_else_is_changed():
-    plain, varied = (film(CHOOSING[6], "pointing, plain", 2, varied=by) for by in (0.0, 0.08))
+    plain, varied = (film_of(CHOOSING[6], "pointing, plain", 2, varied=by) for by in (0.0, 0.08))
     assert plain.person.build != varied.person.build
-    np.testing.assert_array_equal(film(CHOOSING[6], "pointing, plain", 2).frames, plain.frames)
+    np.testing.assert_array_equal(film_of(CHOOSING[6], "pointing, plain", 2).frames, plain.frames)
 
 
 def test_scenes_are_those_of_the_names():
@@ -130,7 +129,7 @@ def test_scenes_are_those_of_the_names():
         kind, behind = name.split(", ")
         assert scene.kind == kind
         assert (scene.clutter, scene.passers) == ((40, 2) if behind == "clutter" else (0, 0))
-    assert FRAMES == tracking.FRAMES == 60
+    assert FRAMES == 60
 
 
 # What a trial counts
@@ -169,7 +168,7 @@ def test_a_pointing_arm_is_counted_where_it_points_and_its_direction_in_both_way
     assert films == [(3, page.PLAIN, FRAMES, page.VARIED)]
     made, seed = tracked[0]
     assert (made.rules.filter, made.rules.particles, seed) == ("apart", 400, 3)
-    assert dict(made.cues) == dict(WAYS["no motion"][0])
+    assert dict(made.cues) == dict(WAYS["no motion"])
     flat = page.pointed.but(flat=True).trial(film=3, tracker="as in Fig. 13")
     assert flat["degrees"] == flat["flat"]
 
@@ -202,7 +201,7 @@ def test_an_arm_is_near_and_lost_once_a_second_is_over(monkeypatch):
     used = [(dict(one.cues), one.rules.filter) for one, _ in tracked]
     ways = ("no contours", "all cues", "no motion", "no patches")
     filters = ("auxiliary", "apart", "auxiliary", "auxiliary")
-    assert used == [(dict(WAYS[w][0]), f) for w, f in zip(ways, filters, strict=True)]
+    assert used == [(dict(WAYS[w]), f) for w, f in zip(ways, filters, strict=True)]
 
 
 def test_what_a_cue_is_worth_is_what_all_hold_less_what_the_others_do():
@@ -271,7 +270,7 @@ def test_a_saved_state_is_in_collision_and_within_the_limits_of_the_joints(monke
 
 def test_weighing_is_counted_by_its_stages_and_by_what_the_others_leave(monkeypatch):
     """Milliseconds, chosen so that both ways differ."""
-    took = {views.WHOLE: 39 * 100, "arms scored by patches": 20, "arms scored by contours": 10,
+    took = {page.WHOLE: 39 * 100, "arms scored by patches": 20, "arms scored by contours": 10,
             "arms looked at": 6, "arms tested for collisions": 4}  # fmt: skip
     record = SimpleNamespace(find=lambda work: SimpleNamespace(ours_s=took[work] / 1000))
     monkeypatch.setattr(page, "Record", SimpleNamespace(read=lambda: record))

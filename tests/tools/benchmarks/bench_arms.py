@@ -16,8 +16,7 @@ from robot_perception.arms.likelihoods import (
     look,
 )
 from robot_perception.arms.tracker import ArmTracker
-from robot_perception.chapters.arm_tracking.tracking import CAMERA
-from robot_perception.chapters.arm_tracking.views import IMAGES, WHOLE
+from robot_perception.book.arm_tracking import CAMERA, IMAGES, WHOLE
 from robot_perception.companion.cues import patch_histograms, patch_histograms_textbook
 from tests.tools.benchmarks.harness import Row, Timing
 

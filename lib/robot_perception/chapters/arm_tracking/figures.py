@@ -1,6 +1,7 @@
 """Figures of the chapter "Two arms, one camera"."""
 
 from collections.abc import Sequence
+from types import SimpleNamespace
 
 import numpy as np
 from jaxtyping import Float
@@ -12,8 +13,6 @@ from explorables.figures.charts import bars, curve
 from explorables.figures.maps import picture
 from explorables.figures.style import MEANING
 from robot_perception.chapters.arm_likelihoods.figures import outline
-from robot_perception.chapters.arm_tracking import views
-from robot_perception.chapters.arm_tracking.tracking import HELD
 from studies.intervals import Interval
 from studies.tables import Table
 
@@ -23,8 +22,12 @@ _TURN = np.radians(35.0)
 """Angle by which the stick figure is turned, so that depth shows."""
 
 
-def seen(ax: Axes, state: views.Tracked) -> None:
-    """Draw a picture with the outline of the estimate and the true joints."""
+def seen(ax: Axes, state: SimpleNamespace) -> None:
+    """Draw a picture with the outline of the estimate and the true joints.
+
+    The state has the ``image``, the ``points`` of the estimate's silhouette and which are
+    ``visible``, and the true joints in the picture, ``sticks``, px.
+    """
     picture(ax, state.image)
     outline(ax, state.points, state.visible, MEANING["estimate"])
     for arm in state.sticks:
@@ -32,8 +35,12 @@ def seen(ax: Axes, state: views.Tracked) -> None:
         ax.plot(*arm[1:3].T, "o", color=MEANING["right"], markersize=4)
 
 
-def sticks(ax: Axes, state: views.Tracked) -> None:
-    """Draw both arms in space, turned about the vertical: the truth and the estimate."""
+def sticks(ax: Axes, state: SimpleNamespace) -> None:
+    """Draw both arms in space, turned about the vertical: the truth and the estimate.
+
+    The state has the ``true`` shoulders, elbows, wrists and fingertips and the estimated
+    ``joints``, m.
+    """
     for joints, meaning in ((state.true, "right"), (state.joints, "estimate")):
         off = joints - _MIDDLE
         u = off[..., 0] * np.cos(_TURN) - off[..., 2] * np.sin(_TURN)
@@ -45,18 +52,22 @@ def sticks(ax: Axes, state: views.Tracked) -> None:
     ax.axis("off")
 
 
-def errors(ax: Axes, wrists: Float[np.ndarray, "n 2"], time: int) -> None:
-    """Draw how far off both wrists are over the film, and where it stands."""
+def errors(ax: Axes, state: SimpleNamespace) -> None:
+    """Draw how far off both wrists are over the film, and where it stands.
+
+    The state says how far off the ``wrists`` are in each picture, which one it is by its ``time``,
+    and how ``near`` a wrist is that counts as held, px.
+    """
     for arm, style in enumerate(("-", "--")):
-        ax.plot(np.minimum(wrists[:, arm], 99), style, color=MEANING["error"], linewidth=1.8)
-    ax.axhline(HELD, color=MEANING["expected"], linestyle=":", linewidth=1.4)
-    ax.axvline(time, color=MEANING["truth"], linewidth=1.2)
-    ax.set(xlim=(0, len(wrists) - 1), ylim=(0, 100), xlabel="picture", ylabel="px")
+        ax.plot(np.minimum(state.wrists[:, arm], 99), style, color=MEANING["error"], linewidth=1.8)
+    ax.axhline(state.near, color=MEANING["expected"], linestyle=":", linewidth=1.4)
+    ax.axvline(state.time, color=MEANING["truth"], linewidth=1.2)
+    ax.set(xlim=(0, len(state.wrists) - 1), ylim=(0, 100), xlabel="picture", ylabel="px")
 
 
-def card(ax: Axes) -> Axes:
+def card(ax: Axes, state: SimpleNamespace) -> Axes:
     """Draw outline and joints on the axes of the hero's picture."""
-    seen(ax, views.pointing(16))
+    seen(ax, state)
     return ax
 
 
@@ -70,9 +81,9 @@ def card(ax: Axes) -> Axes:
     height=4.2,
     gridspec_kw=_PHOTO,
 )
-def hero(ax: Axes) -> Axes:
+def hero(ax: Axes, state: SimpleNamespace) -> Axes:
     """Draw somebody who points, and where the tracker has the arms."""
-    return card(ax)
+    return card(ax, state)
 
 
 @drawn(
@@ -150,14 +161,14 @@ def ray(ax: Axes, true: np.ndarray, told: np.ndarray, error: float) -> Axes:
     return ax
 
 
-def following(axes: np.ndarray, state: views.Tracked) -> None:
+def following(axes: np.ndarray, state: SimpleNamespace) -> None:
     """Draw a picture, both stick figures, and the errors over the film; axes cleared first."""
     left, right, below = axes
     for ax in axes:
         ax.clear()
     seen(left, state)
     sticks(right, state)
-    errors(below, state.wrists, state.time)
+    errors(below, state)
 
 
 def laid_out() -> tuple[Figure, np.ndarray]:

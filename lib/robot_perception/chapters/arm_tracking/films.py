@@ -1,54 +1,58 @@
 """The films of the chapter: picture, outline, arms in space and errors, one clock."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from types import SimpleNamespace
 
 from matplotlib.figure import Figure
 
 from explorables.figures.films import film
 from explorables.media import Shown
 from robot_perception.chapters.arm_tracking import figures as draw
-from robot_perception.chapters.arm_tracking import views
-from robot_perception.chapters.arm_tracking.tracking import CLUTTER, PLAIN
 
 FPS = 7.5
 EVERY = 2
 """Pictures from one that is shown to the next."""
-_WORDS = (
-    "Above: the picture, the outline of the estimate, and lines through the true joints. Below, "
-    "left: both arms in space, turned by 35°, truth and estimate. Right: how far off the wrists "
-    "are. Solid and dashed: the two wrists; dotted: 15 px."
-)
 
 
-def points() -> Shown:
-    """Show somebody who points, tracked by all cues."""
+def points(moments: Sequence[SimpleNamespace]) -> Shown:
+    """Show somebody who points, tracked by all cues; every second picture of the film."""
     return film(
-        frames(views.POINTS, PLAIN, "all cues"),
+        frames(moments),
         fps=FPS,
         name="arms-points",
         poster=8,
         alt="A person before a bare wall lifts one arm, points, lets it sink, and points with the "
         "other one. Outlines stay on both arms; below it two stick figures move together.",
-        caption=f"All cues, bare wall. {_WORDS}",
+        caption=f"All cues, bare wall. {words(moments)}",
     )
 
 
-def gestures() -> Shown:
-    """Show somebody who gestures in clutter, tracked by all cues."""
+def gestures(moments: Sequence[SimpleNamespace]) -> Shown:
+    """Show somebody who gestures in clutter, tracked by all cues; every second picture."""
     return film(
-        frames(views.GESTURES, CLUTTER, "all cues"),
+        frames(moments),
         fps=FPS,
         name="arms-gestures",
         poster=16,
         alt="A person before a cluttered wall moves both arms while two others walk behind. "
         "Outlines follow the arms; below it two stick figures, and the errors.",
-        caption=f"All cues, clutter, two people behind. {_WORDS}",
+        caption=f"All cues, clutter, two people behind. {words(moments)}",
     )
 
 
-def frames(seed: int, scene: str, way: str) -> Iterator[Figure]:
+def words(moments: Sequence[SimpleNamespace]) -> str:
+    """Return what is drawn where."""
+    return (
+        "Above: the picture, the outline of the estimate, and lines through the true joints. "
+        "Below, left: both arms in space, turned by 35°, truth and estimate. Right: how far off "
+        "the wrists are. Solid and dashed: the two wrists; dotted: "
+        f"{moments[0].near:.0f} px."
+    )
+
+
+def frames(moments: Sequence[SimpleNamespace]) -> Iterator[Figure]:
     """Yield the pictures of a film, all on one figure."""
     fig, axes = draw.laid_out()
-    for time in range(0, views.FRAMES, EVERY):
-        draw.following(axes, views.moment(seed, scene, time, way))
+    for state in moments:
+        draw.following(axes, state)
         yield fig
