@@ -152,7 +152,10 @@ def test_the_page_prints_what_the_scripts_print(tmp_path):
     assert (tmp_path / "drive.tum").stat().st_size
 
 
-@pytest.mark.parametrize("name", RECORDED)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(one, marks=[pytest.mark.slow] * one.startswith("kitti")) for one in RECORDED],
+)
 def test_the_page_prints_what_recordings_give(name, tmp_path):
     place(tmp_path, name)
     rtol = 0.02 if name.endswith(".gz") else 0.1  # pictures are rounded otherwise elsewhere

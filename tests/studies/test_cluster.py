@@ -75,6 +75,7 @@ def test_the_command_line_works_on_a_cluster_that_is_named(tmp_path):
     np.testing.assert_array_equal(found, walks(tmp_path))
 
 
+@pytest.mark.slow
 def test_ray_gives_the_same_numbers(tmp_path):
     ray = pytest.importorskip("ray", reason="the extra `cluster` is not installed")
     from ray.util.joblib import register_ray

@@ -31,7 +31,7 @@ RENDERED, PHOTOGRAPHED = "open_hand", "open_hand_photographs"
 """Names of the models: of rendered pictures alone, and of photographs without hands as well."""
 FILMS = {".avi", ".mp4", ".mkv", ".mov", ".webm"}
 EVERY = 4
-"""Of a film every so many pictures are taken: those between show the same."""
+"""Pictures of a film from one that is taken to the next: those between show the same."""
 TALL = 320
 """Pictures that are not half so large, px, are taken a second time, enlarged to that."""
 
