@@ -289,7 +289,7 @@ def axe(at: Standing) -> list[dict[str, Any]]:
 CHECKS = (
     Check("theme", (DARK, LIGHT, PHONE, DARK_PHONE, PAPER, END), theme, other_theme),
     Check("axe", (DARK, LIGHT), axe, serious),
-    Check("posters", (DARK,), posters, of_another_theme, NOTEBOOKS),
+    Check("posters", (DARK,), posters, of_another_theme, [*NOTEBOOKS, PAGES[0]]),
     Check("all code", (LIGHT, PHONE), all_code, pages=NOTEBOOKS),
     Check("words to who has no scripts", (LIGHT,), needs_scripts),
     Check("equations in the middle", (LIGHT, PHONE), script(EQUATIONS)),
