@@ -25,7 +25,7 @@ SHOWN, FOLDED, UNSEEN = 30, 40, 45
 """Lines of a cell that shows its code, of one behind a fold, and of one that no page shows."""
 FOLDS = 8
 """Most folds that a page shows to readers: proofs, how something was chosen or measured, rows."""
-LEAST, MOST = 60, 240
+LEAST, MOST = 60, 220
 """So many lines of code shows a chapter, exercises apart."""
 THIRD_PARTY = {"numpy", "scipy", "pandas", "sympy", "cv2"}
 OURS = {"robot_perception", "data_synth", "explorables", "studies"}

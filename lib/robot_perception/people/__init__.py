@@ -11,6 +11,7 @@ __getattr__, __dir__, __all__ = door(
         "behaviours": ("Behaviours", "Command"),
         "detections": ("Detections", "polar"),
         "legs": ("LegRules",),
+        "robot": ("ServiceRobot",),
         "scores": ("Frame", "gospa", "score"),
         "skin": ("SkinModel", "SkinRules", "SkinTracker"),
         "sonar": ("SonarRules",),

@@ -23,7 +23,7 @@ from data_synth.ceiling import clutter, grille_patch, patch, superimpose
 from data_synth.ceiling import plane as ceiling_plane
 from data_synth.ceiling import robot as ceiling_robot
 from data_synth.coloured import beetles, discs, heads, lamp, sequences, snails
-from data_synth.people import bodies, session, signals, staging, world
+from data_synth.people import bodies, session, signals, staging, stories, world
 from data_synth.people import office as people_office
 from data_synth.people import sound as people_sound
 from tests.hostile.calls import _arms_world, _companion_world
@@ -42,6 +42,7 @@ RIG = stereo.Rig(size=(8, 6))
 LIT = textured_building.make_textured_building(rng=np.random.default_rng(0))
 SMALL = people_office.make_people_office(rng=np.random.default_rng(0))
 ROBOT = np.array([*(SMALL.rooms[0, :2] + SMALL.rooms[0, 2:]) / 2, 0.1])
+CORRIDOR = np.linspace(*SMALL.exits, 120)
 PAIR = [bodies.Person(), bodies.Person(skirt=True)]
 EYE = fisheye.Fisheye(size=16, focal_px=4.5)
 SENSORS = signals.Rig(camera=EYE)
@@ -62,6 +63,10 @@ def rng() -> np.random.Generator:
 
 def crowd() -> world.World:
     return world.World(SMALL, PAIR, [world.Wander(), world.Visit()], ROBOT, rng=rng())
+
+
+def aside() -> stories.StepsAside:
+    return stories.StepsAside(np.array([[0.0, 0], [0, 1]]), NOON)
 
 
 def shown() -> fisheye.Bodies:
@@ -171,6 +176,14 @@ CALLS = (
         staging.rig: lambda: call(("laser", "camera"), sonar.SonarRing()),
         staging.staged: lambda: call(staging.Config(3, 0.2)),
         staging.truths: lambda: call(some_session(), [0.1, 0.15]),
+        stories.TurnedRing: lambda: call(16, 0.2, 0.26, 2.0, 0.1, 0.2, 1.4, 0.5, 0.01, 0.5, 0.1),
+        stories.StepsAside.ask: lambda: call(aside(), 1.0),
+        stories.StepsAside.position: lambda: call(aside(), 1.0),
+        stories.ask_aside: lambda: call(crowd()),
+        stories.make_story: lambda: call(
+            "guide", rng=rng(), comes=4.5, strays=9.0, gap=1.2, pace=0.5, beside=False
+        ),
+        stories.meeting_place: lambda: call(SMALL, CORRIDOR),
         people_sound.MicrophoneArray: lambda: call(np.eye(2), 1.2, 16000.0),
         people_sound.Acoustics: lambda: call(60.0, 45.0, 35.0, 0.7, 0.4, 0.25),
         people_sound.converse: lambda: call(
@@ -186,16 +199,9 @@ CALLS = (
             *(some_session(), says(), people_sound.EARS, people_sound.Acoustics(window=0.1)),
             rng=rng(),
         ),
-        sonar.SonarRing: lambda: call(16, 0.2, 0.26, 2.0, 0.1, 0.2, 1.4, 0.5, 0.01, 0.5, 0.1),
-        world.Visit: lambda: call((1.0, 2.0), (0.0, 1.0), True),
         world.walk: lambda: call(np.array([[0.0, 0], [1, 0]]), NOON + 1, facing="robot"),
         world.Walk.position: lambda: call(world.walk(np.array([[0.0, 0], [1, 0]]), NOON), 0.5),
         world.between: lambda: call(crowd().now, crowd().advance(0.1), 0.05),
-        world.World: lambda: call(
-            *(SMALL, PAIR, [world.Wander(), world.Visit()], ROBOT),
-            rng=rng(),
-            starts=ROBOT[:2] + np.array([[1.0, 0], [0, 1]]),
-        ),
         world.World.way: lambda: call(crowd(), ROBOT[:2], ROBOT[:2] + 0.5),
         world.World.ask: lambda: call(crowd(), 1),
         world.World.advance: lambda: call(crowd(), 0.1, (0.1, 0.2)),

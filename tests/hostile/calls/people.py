@@ -10,6 +10,7 @@ from robot_perception.people import (
     behaviours,
     legs,
     places,
+    robot,
     scores,
     skin,
     sonar,
@@ -54,6 +55,9 @@ FRAME = scores.Frame(THERE.points, THERE.identity, THERE.points, THERE.identity)
 BUSY = behaviours.State("busy", 0, 1.0, 0.5)
 PEOPLE = tracker.PeopleTracker()
 TRACKED, _ = PEOPLE.step(PEOPLE.start(np.zeros(3)), SEEN, np.zeros(3))
+GUIDE = robot.ServiceRobot("guide")
+KNOWS = robot.RobotState(TRACKED, np.zeros(len(TRACKED.hypotheses), dtype=bool), BUSY, np.ones(3))
+AHEAD = np.array([[1.0, 1.0], [1.5, 1.2], [2.0, 1.4]])
 BEHAVIOURS, VERIFIER = behaviours.Behaviours(), verification.Verifier(0.2)
 
 CALLS = {
@@ -142,4 +146,15 @@ CALLS = {
     behaviours.Behaviours.guide: lambda: call(BEHAVIOURS, BUSY, THERE, False),
     behaviours.Behaviours.follow: lambda: call(BEHAVIOURS, BUSY, THERE),
     behaviours.Behaviours.survey: lambda: call(BEHAVIOURS, BUSY, THERE, False),
+    robot.RobotState: lambda: call(KNOWS.people, KNOWS.static, BUSY, np.ones(3)),
+    robot.ServiceRobot: lambda: call("guide", BEHAVIOURS, PEOPLE, 1.2, 1.0, 15),
+    robot.ServiceRobot.start: lambda: call(GUIDE, np.ones(3)),
+    robot.ServiceRobot.step: lambda: call(GUIDE, KNOWS, AGAIN, np.ones(3)),
+    robot.ServiceRobot.act: lambda: call(GUIDE, KNOWS, np.ones(3), AHEAD, finished=False),
+    robot.ServiceRobot.roles: lambda: call(GUIDE, KNOWS),
+    robot.ServiceRobot.is_blocked: lambda: call(GUIDE, KNOWS, AHEAD),
+    robot.upcoming: lambda: call(AHEAD, np.ones(3)),
+    robot.velocity: lambda: call(
+        *(behaviours.Command(0.5), np.ones(3), AHEAD), ahead=1, slow=0.6, gain=1.5, turn_rate=1.0
+    ),
 }
