@@ -91,13 +91,13 @@ EDITS = {
         'now("turned-world"', "Anchor(0.0, 0.0), Anchor(5", "Anchor(0.9, 0.0), Anchor(5"
     ),
     "arm_likelihoods": Edit(
-        '"likelihoods-hero"', '("shape and motion", "colour", "texture"),', '("shape", "texture"),'
+        "draw.hero({", '("shape and motion", "colour", "texture"),', '("shape", "texture"),'
     ),
     "arm_tracking": Edit('now("arms-hero"', "PARTICLES = 400", "PARTICLES = 60"),
     "ceiling_navigation": Edit("draw.corrected(", "roll=np.deg2rad(6)", "roll=np.deg2rad(2)"),
     "colour_and_shape": Edit('now("shape-path"', "TRAINING = (9001,", "TRAINING = (9011,"),
     "covariance_intersection": Edit("draw.heard(rumour)", "range_sigma, 20", "range_sigma, 12"),
-    "exchanged_parts": Edit("VARIED = Exploration(", "strength=10.0", "strength=1.0"),
+    "exchanged_parts": Edit("VARIED = Exploration(", "7, 8, 20", "7, 8, 12"),
     "head_tracking": Edit(
         "describe_look(state)", '"opponent", (32, 32, 12)', '"opponent", (4, 4, 4)'
     ),
@@ -109,7 +109,7 @@ EDITS = {
     "one_belief": Edit('now("belief-story",', "(4.0, 7.0, 15.0)", "(4.0, 9.0, 15.0)"),
     "one_world": Edit('now("world-close"', "(26)", "(28)"),
     "pattern_tracking": Edit('now("pattern-hero",', "np.deg2rad(20)", "np.deg2rad(5)"),
-    "people_fusion": Edit('now("people-together"', "threshold=0.3", "threshold=0.8"),
+    "people_fusion": Edit('now("people-together"', "threshold=0.3", "threshold=0.39"),
     "people_sensors": Edit('now("people-hero"', "NOW = 4.86", "NOW = 7.26"),
     "sift_association": Edit("draw.hero(rooms)", "FAR_AWAY = 5.0", "FAR_AWAY = 9.0"),
     "tutor_face": Edit('now("tutor-hero"', "GALLERY = CHOOSING[4]", "GALLERY = CHOOSING[3]"),
