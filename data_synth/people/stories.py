@@ -15,7 +15,7 @@ from data_synth.people.world import Visit, Walk, World, walk
 from data_synth.sonar import SonarRing
 
 KINDS = ("guide", "blocked", "follow", "survey")
-"""Of stories."""
+"""Kinds of stories."""
 
 _SPACING = 0.1  # between points of a route, m
 _TOWARD = 10  # points ahead to which a robot looks at first
@@ -33,7 +33,7 @@ class TurnedRing(SonarRing):
 
     @property
     def angles(self) -> np.ndarray:
-        """Where the sonars look, counter-clockwise from ahead, rad: (count,)."""
+        """Directions of the sonars, counter-clockwise from ahead, rad: (count,)."""
         return super().angles + np.pi / self.count
 
 
@@ -55,7 +55,7 @@ class StepsAside(Walk):
 
     @property
     def asked(self) -> float:
-        """When they were first asked, s; infinite before."""
+        """Time at which they were first asked, s; infinite before."""
         return min(self._asked, default=np.inf)
 
     def ask(self, time: float) -> None:

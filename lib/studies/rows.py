@@ -119,15 +119,8 @@ class Rows:
         return float(self._numbers(measure, levels).max())
 
     def share(self, part: str, whole: str, **levels: Any) -> Interval:
-        """Return the sum of one measure over that of another, with its bootstrap interval.
-
-        Where it is nothing or the whole in every row, the interval is Wilson's over the rows.
-        """
-        parts, wholes = self._numbers(part, levels), self._numbers(whole, levels)
-        for share, all_so in ((0, not parts.any()), (1, np.array_equal(parts, wholes))):
-            if all_so and wholes.any():
-                return intervals.proportion(share * parts.size, parts.size)
-        return intervals.bootstrap_ratio(parts, wholes)
+        """Return the sum of one measure over that of another, with its bootstrap interval."""
+        return intervals.bootstrap_ratio(self._numbers(part, levels), self._numbers(whole, levels))
 
     def ratio(self, measure: str, over: Levels, **levels: Any) -> Interval:
         """Return the ratio of the means at two levels of a factor, paired by replicate."""

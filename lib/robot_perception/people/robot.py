@@ -39,7 +39,7 @@ TASKS = ("guide", "follow", "survey")
 @final
 @dataclass(frozen=True, eq=False, slots=True)
 class RobotState:
-    """What the robot knows.
+    """State of the robot.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ class RobotState:
 
     @property
     def partner(self) -> Float[np.ndarray, "2"] | None:
-        """Where in the world the one is whom it deals with, m; ``None`` if they are not there."""
+        """Place in the world of the person it deals with, m; ``None`` if they are not there."""
         theirs = self.hypotheses.identity == self.behaviour.person
         return se2.act(self.pose, self.hypotheses.points[theirs])[0] if theirs.any() else None
 

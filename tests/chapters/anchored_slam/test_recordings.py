@@ -82,6 +82,7 @@ def test_filter_with_the_right_sensors_is_consistent_and_lasting_errors_make_a_w
     assert mean(0.6, "lasting") < 4.5
 
 
+@pytest.mark.slow
 def test_without_barcodes_the_landmarks_are_still_the_right_ones():
     robot = make_robot(np.random.default_rng(8), seconds=100.0, bias=np.zeros(2))
     _, runs = recordings_robots.run_robot(robot, LANDMARKS, *[known_sensors(0.0)] * 2)

@@ -290,6 +290,7 @@ def test_wheels_alone_are_right_at_first_and_wrong_at_last():
     assert off.max() < 2
 
 
+@pytest.mark.slow
 def test_a_robot_learns_where_it_is_and_where_its_patterns_are():
     """On a piece of a corner, by our rules, below a ceiling that nobody scores."""
     run = page.lesson(101, "ours", most=1.0)

@@ -60,6 +60,7 @@ def test_words_of_the_overlap_say_how_it_ends():
 # Snakes
 
 
+@pytest.mark.slow
 def test_axes_hold_the_snake_and_the_affine_one_is_affine():
     left, right, low, high = limits(page.snake.drawn())
     for setting in list(page.snake.parameters())[::7]:
@@ -92,6 +93,7 @@ def test_the_segmented_picture_fades_what_is_outside_and_tints_the_neck():
 # The films
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("world", page.WORLDS)
 def test_in_the_films_shown_both_cues_hold_and_colour_alone_loses(world):
     film, tracks = page.filmed(world, page.SHOWN, page.LONG), page.shown_tracks()[world]

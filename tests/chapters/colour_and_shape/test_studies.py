@@ -146,6 +146,7 @@ def test_a_perfect_match_costs_everything_as_printed_and_nothing_turned_round():
     assert page.exact_rho(Fraction(2), True) == Fraction(1, 2)
 
 
+@pytest.mark.slow
 def test_the_printed_sign_prefers_a_shell_of_twice_the_area():
     found = page.shells.trial(film=page.CHOOSING[3])
     assert (found["right first, printed"], found["right first, turned round"]) == (False, True)

@@ -234,6 +234,7 @@ def told():
     return page.people.page_session()
 
 
+@pytest.mark.slow
 def test_people_and_hypotheses_are_counted_as_in_the_chapter_of_the_committee(told):
     counts = page.people.tally(page.people.committee(told), {"everywhere": page.people.EVERYWHERE})
     found = page.judged(told, page.repeated(told, page.people.RULES, 1))
@@ -267,6 +268,7 @@ def test_an_alpha_that_is_shared_leaves_after_all_copies_what_one_reading_leaves
     assert shared.patience == camera.patience
 
 
+@pytest.mark.slow
 def test_said_four_times_weights_rise_and_kalman_is_surer(told):
     once, often = (page.repeated(told, page.people.RULES, k) for k in (1, 4))
     assert sum(f.weight.sum() for f in often.found) > sum(f.weight.sum() for f in once.found)
@@ -328,6 +330,7 @@ def test_gates_ask_the_model_or_the_most_different_of_the_last_pictures():
     assert page.by_change(seen, model, [seen]) == pytest.approx(0, abs=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("threshold", "rate"), [(-1.0, 0.0), (1.0, page.RATE)])
 def test_gates_that_never_or_always_let_learn_are_the_trackers_of_the_other_chapter(
     threshold, rate

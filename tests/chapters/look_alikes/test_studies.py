@@ -83,6 +83,7 @@ def test_slow_drives_wait_for_tracks_and_make_landmarks_of_long_ones(monkeypatch
     assert all(more == {"slowness": 4} for _, _, more in asked)
 
 
+@pytest.mark.slow
 def test_a_slow_drive_is_the_same_way_with_more_frames():
     fast, slow = (look.world(220, slowness=slowness)[1] for slowness in (1, 4))
     assert len(slow) == 4 * len(fast)

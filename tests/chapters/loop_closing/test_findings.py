@@ -12,6 +12,7 @@ from tests.chapters.findings import limits
 # The building
 
 
+@pytest.mark.slow
 def test_from_an_uncertain_start_the_names_and_an_anchor_do_better_than_the_names():
     off = {(given, start): loop.built(given, start).off
            for given in ("the names", "the names and an anchor")

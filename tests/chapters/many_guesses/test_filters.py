@@ -104,6 +104,7 @@ def test_a_proposal_is_the_product_of_motion_and_reading():
     assert (mean[0], deviation**2) == pytest.approx(by_update)
 
 
+@pytest.mark.slow
 def test_a_better_sensor_is_worse_for_few_guesses_and_not_for_the_list():
     found = page.lost_by_sensor("condensation")
     listed = page.lost_by_sensor("exact")

@@ -69,6 +69,7 @@ def test_off_is_told_in_the_world():
     assert turned == pytest.approx(2 * np.pi - 6.0)
 
 
+@pytest.mark.slow
 def test_a_robot_is_found_where_points_are_known_and_not_where_they_are_others():
     rows = one(page.started, building=1, way=page.WAYS[0], finder=page.SEVERAL)
     assert list(rows) == [
@@ -123,6 +124,7 @@ def test_opponents(finder):
     assert not rows["sure_and_wrong"].any()
 
 
+@pytest.mark.slow
 def test_landmarks_that_are_not_recognised_tell_nothing():
     rows = one(page.started, building=1, way=page.WAYS[0], finder=page.SEVERAL, shuffled=True)
     assert not rows["found"].all()

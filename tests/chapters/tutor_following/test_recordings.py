@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import cv2
 import numpy as np
+import pytest
 
 from robot_perception.book import tutor_following as page
 from robot_perception.chapters.tutor_following import training
@@ -49,6 +50,7 @@ def test_photographs_in_the_training_take_most_alarms_away():
     assert all(one.row()[2].estimate <= one.row()[1].estimate for one in found)
 
 
+@pytest.mark.slow
 def test_the_detector_that_saw_photographs_finds_rendered_hands_all_the_same():
     hits = []
     for person in range(60000, 60020):

@@ -45,6 +45,7 @@ def test_a_detection_is_at_a_hand_that_it_overlaps():
     assert at(boxes, truth).tolist() == [True, True, False]
 
 
+@pytest.mark.slow
 def test_stumps_at_other_features_find_no_hand():
     trial = page.raised.but(shuffled=True).trial(person=100)
     assert not trial["found"].any()
@@ -309,6 +310,7 @@ def small():
     return page.trained(RNG(1), **BRIEFER)
 
 
+@pytest.mark.slow
 def test_training_is_the_same_twice_and_meets_its_goals(small):
     again = page.trained(RNG(1), **BRIEFER)
     assert again.cascade.to_plain() == small.cascade.to_plain()

@@ -9,6 +9,7 @@ from robot_perception import walls
 from robot_perception.book import walls as page
 
 
+@pytest.mark.slow
 def test_example_of_a_crossing_chain_goes_wrong_and_its_edges_are_named():
     example = page.crossing_example()
     assert example.differ

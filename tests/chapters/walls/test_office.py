@@ -67,6 +67,7 @@ def test_mistakes_are_metres_that_are_not_real_and_metres_that_are_missing(ride,
     assert page.mistakes(left, ride)[1] > missed + 0.5 * found.lengths[longest] / length
 
 
+@pytest.mark.slow
 def test_chance_and_length_leave_as_many_walls_as_validation():
     with unchecked():
         counts = [page.validated.but(by=by).trial(office=9100, wrong=0.02)["walls"]
@@ -76,6 +77,7 @@ def test_chance_and_length_leave_as_many_walls_as_validation():
     assert (np.diff(counts[0]) <= 0).all()
 
 
+@pytest.mark.slow
 def test_without_patience_all_three_rules_believe_everything():
     with unchecked():
         firsts = {page.validated.but(by=by).trial(office=9100, wrong=0.02)["mistakes"][0]
@@ -122,6 +124,7 @@ def test_line_covariance_is_consistent_and_half_the_noise_is_not():
     assert page.fitted.run(runs=500, stated=0.01).of("nees").mean() == pytest.approx(8.0, abs=1)
 
 
+@pytest.mark.slow
 def test_growing_map_ends_as_the_map_of_the_drive():
     with unchecked():
         frames, ride = page.growing_map(), page.chapter_drive()

@@ -48,6 +48,7 @@ def test_a_rig_has_the_ring_that_is_given():
     assert rig(SENSORS, ring) == replace(RIG, ring=ring)
 
 
+@pytest.mark.slow
 def test_people_and_office_are_as_the_config_says():
     session, _ = staged(SHORT)
     slow, _ = staged(replace(SHORT, pace=0.5))
