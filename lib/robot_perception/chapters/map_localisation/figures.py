@@ -58,7 +58,8 @@ def _pictures(state: SimpleNamespace) -> str:
     "while the robot does not count as located. Lines: the walls, which the map does not know.",
     cols=3,
     width=7.4,
-    height=2.6,
+    height=1.85,
+    gridspec_kw={"left": 0.005, "right": 0.995, "bottom": 0.01, "top": 0.87, "wspace": 0.03},
 )
 def hero(axes: AxesRow, states: Sequence[SimpleNamespace]) -> AxesRow:
     """Draw three moments of a search."""
