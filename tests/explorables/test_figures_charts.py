@@ -5,7 +5,7 @@ import pytest
 from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 
 from explorables.figures import MEANING, figure
-from explorables.figures.charts import Arrow, bars, curve, states
+from explorables.figures.charts import Arrow, bars, curve, states, strip
 from studies.intervals import Interval
 
 FOUND = [Interval(0.5, 0.4, 0.7, "", "a"), Interval(0.9, 0.8, 0.95, "", "b")]
@@ -67,3 +67,15 @@ def test_the_text_of_an_arrow_stands_on_its_middle():
     (arrow,) = (patch for patch in ax.patches if isinstance(patch, FancyArrowPatch))
     curve = arrow.get_connectionstyle().connect(*arrow._posA_posB).vertices
     assert text.get_position() == pytest.approx(curve.T @ [0.25, 0.5, 0.25])
+
+
+def test_a_strip_rings_the_run_that_is_shown_in_each_row():
+    _, ax = figure()
+    drawn = {"one": [1.0, 3.0], "ten": [0.5, 0.7, 2.0]}
+    strip(ax, drawn, {"one": 2.0, "ten": 0.6}, "off by (m)")
+    dots, rings = ax.lines[::2], ax.lines[1::2]
+    assert [line.get_xdata().tolist() for line in dots] == list(drawn.values())
+    assert [(*line.get_xdata(), *line.get_ydata()) for line in rings] == [(2.0, 0), (0.6, 1)]
+    assert [text.get_text() for text in ax.texts] == ["one", "ten"]
+    with pytest.raises(KeyError, match="ten"):
+        strip(ax, drawn, {"one": 2.0}, "off by (m)")

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 
-from explorables.figures.style import GROUND, MEANING, band
+from explorables.figures.style import GROUND, INK, MEANING, MUTED, band
 
 
 class Interval(Protocol):
@@ -85,3 +85,34 @@ def states(ax: Axes, places: Mapping[str, tuple[float, float]], arrows: Sequence
             ax.text(x + arrow.bend * dy / 2, y - arrow.bend * dx / 2, arrow.text, ha="center",
                     va="center", fontsize=10.5, bbox={
                         "facecolor": GROUND, "edgecolor": "none", "pad": 1.0})  # fmt: skip
+
+
+def strip(
+    ax: Axes, drawn: Mapping[str, Sequence[float]], shown: Mapping[str, float], xlabel: str
+) -> Axes:
+    """Draw a row of dots for each name, and a ring where the one that is shown lies among them.
+
+    Parameters
+    ----------
+    ax
+        Axes.
+    drawn
+        Values by the name of their row.
+    shown
+        By the same names the value of the run that a page shows.
+    xlabel
+        What the values are.
+
+    Raises
+    ------
+    KeyError
+        If a row has no value that is shown.
+    """
+    for row, (name, values) in enumerate(drawn.items()):
+        level = np.full(len(values), float(row))
+        ax.plot(values, level, "o", color=MUTED, alpha=0.7, markersize=6)
+        ring = {"fillstyle": "none", "markersize": 13, "markeredgewidth": 2.0}
+        ax.plot([shown[name]], [row], "o", color=INK, **ring)
+        ax.text(1.0, row - 0.25, name, transform=ax.get_yaxis_transform(), ha="right", va="bottom")
+    ax.set(xlabel=xlabel, yticks=[], xlim=(0, None), ylim=(len(drawn) - 0.6, -0.9))
+    return ax

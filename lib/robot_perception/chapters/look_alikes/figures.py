@@ -1,11 +1,13 @@
 """Drawings of the chapter: paths of filters that were told wrong names."""
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from explorables.figures import drawn
+from explorables.figures.charts import strip
 from explorables.figures.style import MEANING, label
 from robot_perception.chapters.visual_slam.figures import WIDE, ground
 
@@ -25,6 +27,20 @@ def pulled(ax: Axes, one: Any, ten: Any, walls: np.ndarray) -> Axes:
     ax.plot(*one.path.T, color=MEANING["error"], linewidth=1.6, linestyle=":")
     ax.plot(*ten.path.T, color=MEANING["robot"], linewidth=1.4, linestyle="--")
     return ax
+
+
+@drawn(
+    name="look-drives",
+    alt="Two rows of dots on one axis. One filter: between five and ten metres off. Ten particles: "
+    "mostly below one metre. A ring in each row marks the drive that is shown, at its left end.",
+    caption="Dots: ten other buildings with as many wrong names, each by how far the path is off. "
+    "Rings: the drive that is shown.",
+    width=6.4,
+    height=1.9,
+)
+def drives(ax: Axes, errors: Mapping[str, Sequence[float]], shown: Mapping[str, float]) -> Axes:
+    """Draw where the drive that is shown lies among those that are scored."""
+    return strip(ax, errors, shown, "path off by (m, root mean square)")
 
 
 def followed(ax: Axes, state: Any, walls: np.ndarray) -> Axes:
