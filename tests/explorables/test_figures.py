@@ -254,13 +254,31 @@ def test_each_column_is_a_drawing_with_its_own_panels():
 
 
 def test_a_caption_that_names_columns_by_letters_letters_them():
-    markup = show(grid(), alt=ALT, caption="(a) One. (b), (c) Two more.").bundle["text/html"]
+    markup = show(untitled(), alt=ALT, caption="(a) One. (b), (c) Two more.").bundle["text/html"]
     drawings = re.split(OPENING, markup)[1:]
     found = [re.findall(r'<text x="([\d.]+)" y="9"[^>]*>\((\w)\)<', text) for text in drawings]
     assert [[letter for _, letter in each] for each in found] == [["a"], ["b"], ["c"]]
     lefts = windows(markup)[:, 0]
     np.testing.assert_allclose([float(each[0][0]) for each in found], lefts, atol=0.1)
-    assert "(a)<" not in show(grid(), alt=ALT, caption="Three.").bundle["text/html"]
+    assert "(a)" not in show(grid(), alt=ALT, caption="Three.").bundle["text/html"]
+
+
+def untitled():
+    """Return the figure of three columns without titles."""
+    fig = grid()
+    for ax in fig.axes:
+        ax.set_title("")
+    return fig
+
+
+def test_a_letter_stands_before_the_title_of_its_panel():
+    """Beside it there may be no room; the figure itself keeps its titles."""
+    fig = untitled()
+    fig.axes[1].set_title("second")
+    markup = show(fig, alt=ALT, caption="(a) One. (b), (c) Two more.").bundle["text/html"]
+    found = [re.sub(r"<[^>]*>", "", text) for text in re.findall(r"<text.*?</text>", markup)]
+    assert [text for text in found if text.startswith("(")] == ["(a)", "(b) second", "(c)"]
+    assert fig.axes[1].get_title() == "second"
 
 
 def test_the_windows_of_the_columns_tile_the_figure():

@@ -130,7 +130,9 @@ def to_html(
     drawing, in its units, for a script to read: ``x,y`` or ``-`` for none.
     """
     columns = _columns(fig)
-    raws, windows = _saved(fig, columns, effort, prefix is not None)
+    letters = letters and len(columns) > 1
+    with _titles_lettered(columns if letters else ()) as titled:
+        raws, windows = _saved(fig, columns, effort, prefix is not None)
     if len(columns) == 1:
         return _marked(_rewrite(raws[0], windows[0], prefix, _named(alt)), fig, marks)
     prefix = prefix or _hashed("".join(raws))
@@ -143,10 +145,28 @@ def to_html(
         panels[there] = _marked(panels[there], fig, marks)
     if letters:
         panels = [
-            _lettered(panel, left, letter)
+            panel if letter in titled else _lettered(panel, left, letter)
             for panel, (left, _), letter in zip(panels, windows, ascii_lowercase, strict=False)
         ]
     return f'<div class="rp-row"{_named(alt)}>{chr(10).join(panels)}</div>'
+
+
+@contextmanager
+def _titles_lettered(columns: Sequence[Column]) -> Iterator[str]:
+    """Put the letter of a column before its title meanwhile; give the letters that had one."""
+    titles = [
+        next((t for ax in axes for t in (ax.title, ax._left_title) if t.get_text()), None)
+        for axes, *_ in columns
+    ]
+    named = {letter: title for letter, title in zip(ascii_lowercase, titles, strict=False) if title}
+    before = {letter: title.get_text() for letter, title in named.items()}
+    for letter, title in named.items():
+        title.set_text(f"({letter}) {before[letter]}")
+    try:
+        yield "".join(named)
+    finally:
+        for letter, title in named.items():
+            title.set_text(before[letter])
 
 
 def _lettered(drawing: str, left: float, letter: str) -> str:

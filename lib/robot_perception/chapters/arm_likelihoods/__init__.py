@@ -1,1 +1,1 @@
-"""Likelihoods of arms: surfaces of cues, hidden parts, and what no contour tells."""
+"""What a likelihood looks like: surfaces of cues, hidden parts, and what no contour tells."""

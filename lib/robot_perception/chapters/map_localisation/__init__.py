@@ -1,1 +1,1 @@
-"""Localisation ("Where am I?"): a robot that is switched on somewhere in a finished map."""
+"""Where am I?: a robot that is switched on somewhere in a map that is finished."""
