@@ -278,7 +278,7 @@ def test_a_letter_stands_before_the_title_of_its_panel():
     markup = show(fig, alt=ALT, caption="(a) One. (b), (c) Two more.").bundle["text/html"]
     found = [re.sub(r"<[^>]*>", "", text) for text in re.findall(r"<text.*?</text>", markup)]
     assert [text for text in found if text.startswith("(")] == ["(a)", "(b) second", "(c)"]
-    assert fig.axes[1].get_title() == "second"
+    assert fig.axes[1].get_title(loc="left") == "second"
 
 
 def test_the_windows_of_the_columns_tile_the_figure():
