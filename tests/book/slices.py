@@ -1,4 +1,4 @@
-"""Which cells a cell of a notebook takes what it shows from, by the names that they define."""
+"""Slices of notebooks: the cells that a cell needs, by the names that they define and read."""
 
 import ast
 import builtins

@@ -4,69 +4,92 @@ import ast
 import json
 import os
 import re
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import pytest
 from nbclient import NotebookClient
+from nbformat import NotebookNode
 from nbformat.v4 import new_code_cell, new_notebook
 
 from tests.book import slices
 from tests.book.computing import COMPUTING, FURTHER, code_cells, is_study
 from tests.book.pages import BOOK
 
-DRAWN_ALONE = {
-    "head_tracking": {"draw.step_aside()"},  # pixels of two ellipses
-    "tutor_following": {"draw.features()"},  # rectangles of a sum
+ALONE = {
+    "head_tracking": ("draw.step_aside()",),  # pixels of two ellipses, no result
+    "tutor_following": ("draw.features()", "reports = stored()"),  # of the detector that is stored
 }
-"""Drawings that show how something is done, and no result."""
-FROM_A_RECORDING = {"monobot", "recordings_robots", "visual_slam", "walls"}
-"""Chapters with cells on recordings, which `Recording` reads; its function lies in a module."""
+"""Beginnings of cells that take nothing from study cells, and why that is so."""
 MODEL = re.compile(r"\b[0-9a-f]{32}\b")
 """Name of a widget, another one in each kernel."""
 OTHER = "robot_perception.book."
 NOW = re.compile(r'now\(\s*"([^"]+)"')
-RECORDED = (
-    "recordings.",
-    "origin at the start",
-    "read().result",
-    "freiburg",
-    "anchored_slam.five",
-    "car.",
-)
 
 
 def lent(source: str) -> set[str]:
-    """Return the names that a cell takes from the study cells of another page."""
-    found = [one for one in ast.parse(source).body if isinstance(one, ast.ImportFrom)]
-    return {
-        name for one in found if f"{one.module}.".startswith(OTHER) for name in slices.bound(one)
-    }
+    """Return the names that a cell takes from another page's cells, or from recordings."""
+    names = set[str]()
+    for one in ast.parse(source).body:
+        if isinstance(one, ast.ImportFrom) and f"{one.module}.".startswith(OTHER):
+            names |= slices.bound(one)
+        elif isinstance(one, ast.ImportFrom):
+            read = f"{one.module}".endswith(".recordings")
+            names |= {n for n in slices.bound(one) if read or n == "recordings"}
+    return names
+
+
+def is_plain(cell: NotebookNode) -> bool:
+    """Tell whether a cell shows words that were typed: a sentence, or a table of what is set up."""
+    last = ast.parse(cell.source).body[-1].value
+    typed = isinstance(last, ast.Call) and getattr(last.func, "id", "") == "tell"
+    return (typed and not last.keywords) or ast.unparse(last).startswith("Table({")
 
 
 def reached(stem: str) -> list[tuple[str, bool]]:
-    """Return what each cell shows, and whether it takes something from a study cell."""
+    """Return what each cell shows, and whether it takes something from a study cell.
+
+    A name counts that a study cell defines, or that another page's gave; one that it only imports
+    does not, although the same cell may define others.
+    """
     cells = code_cells(stem)
-    names = [slices.Names.of(cell.source) for cell in cells]
-    made = {number for number, cell in enumerate(cells) if is_study(cell) and slices.defines(cell)}
-    others = {name for cell in cells for name in lent(cell.source)}
-    shown = []
-    for number, cell in enumerate(cells):
-        if not is_study(cell) and slices.shows(cell):
-            needed = {*slices.slice_of(names, number)}
-            borrows = any(names[k].read & others for k in needed)
-            shown.append((cell.source, borrows or bool(made & needed)))
-    return shown
+    studied = {name for cell in cells if is_study(cell) for name in slices.defines(cell)}
+    studied |= {name for cell in cells for name in lent(cell.source)}
+    plain = [slices.Names.of(cell.source) for cell in cells if not is_study(cell)]
+    return [
+        (cell.source, leads(slices.Names.of(cell.source).read, plain, studied))
+        for cell in cells
+        if not is_study(cell) and slices.shows(cell) and not is_plain(cell)
+    ]
+
+
+def leads(names: Iterable[str], cells: Sequence[slices.Names], studied: set[str]) -> bool:
+    """Tell whether names, by way of other cells, lead to one that is studied."""
+    known, todo = set[str](), {*names}
+    while todo:
+        name = todo.pop()
+        known.add(name)
+        if name in studied:
+            return True
+        todo |= {one for cell in cells if name in cell.bound for one in cell.read} - known
+    return False
 
 
 @pytest.mark.parametrize("stem", [*COMPUTING, *FURTHER])
 def test_what_a_page_shows_is_made_by_its_study_cells(stem: str):
     shown = reached(stem)
     alone = [source for source, from_study in shown if not from_study]
-    alone = [source for source in alone if source not in DRAWN_ALONE.get(stem, ())]
-    if stem in FROM_A_RECORDING:
-        alone = [text for text in alone if not any(part in text for part in RECORDED)]
+    alone = [source for source in alone if not source.startswith(ALONE.get(stem, ()))]
     assert not alone
     assert len(shown) >= 3
+
+
+def test_a_cell_that_only_imports_from_a_study_cell_is_found():
+    setup, shown = "from book import draw\nPAPER = 'a'", "it = draw.hero()\nit"
+    cells, studied = [slices.Names.of(shown)], slices.defines(new_code_cell(setup))
+    assert studied == {"PAPER"}
+    assert not leads(cells[0].read, cells, studied)
+    assert leads(slices.Names.of("draw.hero(it, PAPER)").read, cells, studied)
 
 
 @dataclass(frozen=True)
