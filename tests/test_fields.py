@@ -14,9 +14,23 @@ from robot_perception.fields import (
     Level,
     NotNegative,
     Positive,
+    Share,
+    above,
+    above_zero,
+    any_of,
     at_least,
     checked,
+    copied,
+    covariance,
+    double,
     from_to,
+    not_empty,
+    numbers,
+    odd,
+    one_of,
+    up_to,
+    wholes,
+    within,
 )
 from tests.unchecked import unchecked
 
@@ -32,6 +46,7 @@ class Whole:
     means: Float[np.ndarray, "n d"]
     spreads: Annotated[Float[np.ndarray, "n d"], at_least(0)]
     counts: Annotated[Int[np.ndarray, " n"], at_least(1)]
+    sizes: Annotated[Float[np.ndarray, " n"], above_zero]
     far: Annotated[Float[np.ndarray, "... n"], OPEN]
     there: Bool[np.ndarray, " n"]
     bytes: UInt8[np.ndarray, "h w"]
@@ -42,6 +57,8 @@ class Whole:
     share: Level = 0.5
     lost: Annotated[int, from_to(0, 9)] = 0
     wait: NotNegative = 0.0
+    part_of: Share = 1.0
+    rule: Annotated[str, one_of("nearest", "all")] = "all"
     known: bool = True
     limit: float | None = None
     derived: float = field(default=0.0, init=False)
@@ -53,6 +70,7 @@ def valid() -> dict:
         "means": np.arange(6.0).reshape(3, 2),
         "spreads": np.ones((3, 2)),
         "counts": np.array([1, 2, 3]),
+        "sizes": np.array([0.1, 1.0, 2.0]),
         "far": np.array([[np.inf, np.nan, 1.0]]),
         "there": np.array([True, False, True]),
         "bytes": np.zeros((4, 5), dtype=np.uint8),
@@ -102,6 +120,7 @@ def test_arrays_of_single_precision_bytes_and_truth_values_stay_as_they_are():
         ("counts", np.zeros(3, int), ValueError, "counts must be at least 1, got 0"),
         ("counts", np.ones(3), ValueError, "counts must be integers"),
         ("counts", np.ones(2, int), ValueError, r"counts must be \(3,\) for means \(3, 2\)"),
+        ("sizes", np.zeros(3), ValueError, "sizes must be positive, got 0$"),
         ("far", np.ones((1, 2)), ValueError, r"far must be \(…, 3\) for means \(3, 2\)"),
         ("there", np.ones(3), TypeError, "there must be an array of truth values"),
         ("there", [True] * 3, TypeError, "there must be an array of truth values"),
@@ -117,6 +136,8 @@ def test_arrays_of_single_precision_bytes_and_truth_values_stay_as_they_are():
         ("share", 1.0, ValueError, "share must be between 0 and 1, got 1.0"),
         ("lost", 10, ValueError, "lost must be from 0 to 9, got 10"),
         ("wait", -1.0, ValueError, "wait must not be negative, got -1.0"),
+        ("part_of", 1.5, ValueError, "part_of must be from 0 to 1, got 1.5"),
+        ("rule", "none", ValueError, "rule must be one of 'nearest', 'all', got 'none'"),
         ("known", 1, TypeError, "known must be True or False, got 1"),
         ("limit", "1", TypeError, "limit must be a number, got '1'"),
         ("limit", np.inf, ValueError, "limit must be finite, got inf"),
@@ -138,3 +159,101 @@ def test_axes_of_a_batch_are_counted_from_the_last():
     assert Batch(np.zeros((4, 5, 3)), np.arange(3)).means.shape == (4, 5, 3)
     with unchecked(), pytest.raises(ValueError, match=r"^names must be \(3,\) for means \(4, 5, 3"):
         Batch(np.zeros((4, 5, 3)), np.arange(5))
+
+
+@dataclass(frozen=True, eq=False)
+class Filter:
+    rest: Annotated[Float[np.ndarray, " n"], not_empty, copied]
+    scale: Annotated[float, above(1, 10)] = 1.1
+    part: Annotated[Part | Batch | None, any_of(Part, Batch, type(None))] = None
+    __post_init__ = checked
+
+
+def test_a_copy_is_kept_and_an_object_of_any_of_some_types():
+    rest = np.zeros(2)
+    kept = Filter(rest, Fraction(10), Part())
+    assert kept.rest is not rest
+    np.testing.assert_array_equal(kept.rest, rest)
+    assert (type(kept.scale), kept.scale, kept.part) == (float, 10.0, Part())
+    assert Filter(rest).part is None
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "kind", "said"),
+    [
+        ("rest", [], ValueError, r"rest must not be empty, got \(0,\)"),
+        ("scale", 1.0, ValueError, "scale must be above 1 and at most 10, got 1.0"),
+        ("scale", 10.5, ValueError, "scale must be above 1 and at most 10, got 10.5"),
+        ("scale", "2", TypeError, "scale must be a number, got '2'"),
+        ("part", 1.0, TypeError, "part must be a Part or a Batch or a NoneType, got 1.0"),
+    ],
+)
+def test_what_further_checks_ask_is_said(name, value, kind, said):
+    with unchecked(), pytest.raises(kind, match=f"^{said}"):
+        Filter(**({"rest": np.zeros(2)} | {name: value}))
+
+
+@dataclass(frozen=True, eq=False)
+class Spread:
+    cov: Annotated[Float[np.ndarray, "... n n"], covariance]
+    mean: Annotated[Float[np.ndarray, "... n"], double]
+    __post_init__ = checked
+
+
+def test_a_covariance_is_kept_as_it_is():
+    ones = np.ones((4, 3, 3), dtype=np.float32)
+    assert Spread(ones, np.zeros((4, 3))).cov is ones
+    with unchecked(), pytest.raises(ValueError, match=r"^cov must be positive semi-definite"):
+        Spread(-ones, np.zeros((4, 3)))
+
+
+def test_what_is_computed_with_is_of_double_precision():
+    mean = np.zeros(2)
+    assert Spread(np.eye(2), mean).mean is mean
+    assert Spread(np.eye(2), mean.astype(np.float32)).mean.dtype == float
+
+
+@dataclass(frozen=True)
+class Ranges:
+    size: Annotated[tuple[float, float], numbers(2, above_zero)] = (1.0, 2.0)
+    picture: Annotated[tuple[int, int], wholes(2, 1)] = (3, 4)
+    samples: Annotated[int, odd(3, 9)] = 5
+    near: Annotated[float, up_to(100)] = 1.0
+    gain: Annotated[float, within(0, 1e6)] = 0.5
+    __post_init__ = checked
+
+
+def test_rows_of_numbers_are_kept_as_tuples():
+    with unchecked():
+        kept = Ranges([1, Fraction(1, 2)], np.array([5, 6]), np.int64(9), 100, Fraction(0))
+    assert kept == Ranges((1.0, 0.5), (5, 6), 9, 100.0, 0.0)
+    each = (*kept.size, *kept.picture, kept.samples, kept.near, kept.gain)
+    assert [type(x) for x in each] == [float, float, int, int, int, float, float]
+    assert {type(kept.size), type(kept.picture)} == {tuple}
+    assert Ranges(samples=3).samples == 3
+    assert Ranges(gain=1e6).gain == 1e6
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "kind", "said"),
+    [
+        ("size", (1.0, 0.0), ValueError, "size must be positive, got 0$"),
+        ("size", 1.0, ValueError, r"size must be \(2,\), got \(\)"),
+        ("size", (1.0, np.nan), ValueError, "size must be finite"),
+        ("size", "abc", TypeError, "size must be real numbers, got 'abc'"),
+        ("picture", (0, 4), ValueError, "picture must be at least 1, got 0"),
+        ("picture", (3, 4, 5), ValueError, r"picture must be \(2,\), got \(3,\)"),
+        ("picture", (3.0, 4.0), ValueError, "picture must be integers"),
+        ("samples", 4, ValueError, "samples must be odd, got 4"),
+        ("samples", 11, ValueError, "samples must be from 3 to 9, got 11"),
+        ("samples", True, TypeError, "samples must be a whole number"),
+        ("near", 0, ValueError, "near must be positive and finite, got 0"),
+        ("near", 101, ValueError, "near must be at most 100, got 101"),
+        ("gain", -1e-9, ValueError, "gain must be from 0 to 1e[+]06, got -1e-09"),
+        ("gain", 2e6, ValueError, "gain must be from 0 to 1e[+]06, got 2e[+]06"),
+        ("gain", "1", TypeError, "gain must be a number, got '1'"),
+    ],
+)
+def test_a_range_that_is_left_is_named(name, value, kind, said):
+    with unchecked(), pytest.raises(kind, match=f"^{said}"):
+        Ranges(**{name: value})

@@ -23,13 +23,36 @@ import numpy as np
 
 from robot_perception import checks
 
-__all__ = ["OPEN", "Level", "NotNegative", "Positive", "at_least", "checked", "from_to"]
+__all__ = [
+    "OPEN",
+    "Level",
+    "NotNegative",
+    "Positive",
+    "Share",
+    "above",
+    "above_zero",
+    "any_of",
+    "at_least",
+    "checked",
+    "copied",
+    "covariance",
+    "double",
+    "from_to",
+    "not_empty",
+    "numbers",
+    "odd",
+    "one_of",
+    "up_to",
+    "wholes",
+    "within",
+]
 
 OPEN = "open"
 """Marks an array that may hold infinities and NaN."""
 Positive = Annotated[float, checks.positive]
 NotNegative = Annotated[float, checks.not_negative]
 Level = Annotated[float, checks.level]
+Share = Annotated[float, checks.share]
 
 Sizes = dict[str, tuple[int, str]]
 Check = Callable[[str, Any, Sizes], Any]
@@ -47,9 +70,32 @@ def at_least(least: int) -> Callable[[str, np.ndarray], np.ndarray]:
     return check
 
 
+def above_zero(name: str, value: np.ndarray) -> np.ndarray:
+    """Return an array whose entries are all positive."""
+    if value.size and not value.min() > 0:
+        raise ValueError(f"{name} must be positive, got {value.min():g}")
+    return value
+
+
+def one_of(*words: str) -> Callable[[str, Any], str]:
+    """Return the check of a text that is one of some."""
+    return lambda name, value: checks.one_of(name, value, words)
+
+
 def from_to(least: int, most: int | None = None) -> Callable[[str, Any], int]:
     """Return the check of a whole number in a range."""
     return lambda name, value: checks.whole(name, value, least, most)
+
+
+def covariance(name: str, value: np.ndarray) -> np.ndarray:
+    """Return an array of one covariance, or of a batch of them."""
+    checks.check_covariance(name, value)
+    return value
+
+
+def double(name: str, value: np.ndarray) -> np.ndarray:
+    """Return an array in double precision, which what is computed with it needs."""
+    return value.astype(float, copy=False)
 
 
 def checked(self: Any) -> None:
@@ -151,3 +197,89 @@ def _of_kind(name: str, value: Any, kinds: tuple[str, ...], is_open: bool) -> np
         word = {"bool": "truth values", "uint8": "bytes"}[kinds[0]]
         raise TypeError(f"{name} must be an array of {word}, got {checks.shown(value)}")
     return value
+
+
+def not_empty(name: str, value: np.ndarray) -> np.ndarray:
+    """Return an array that has an entry."""
+    if not value.size:
+        raise ValueError(f"{name} must not be empty, got {value.shape}")
+    return value
+
+
+def copied(name: str, value: np.ndarray) -> np.ndarray:
+    """Return a copy of an array, which changes no more where the caller's does."""
+    return value.copy()
+
+
+def above(low: float, most: float) -> Callable[[str, Any], float]:
+    """Return the check of a number above one and at most another."""
+
+    def check(name: str, value: Any) -> float:
+        found = checks.number(name, value)
+        if not low < found <= most:
+            raise ValueError(
+                f"{name} must be above {low:g} and at most {most:g}, got {checks.shown(value)}"
+            )
+        return found
+
+    return check
+
+
+def any_of(*kinds: type) -> Callable[[str, Any], Any]:
+    """Return the check of an object of one of some types."""
+    return lambda name, value: checks.instance(name, value, *kinds)
+
+
+def numbers(
+    count: int, *more: Callable[[str, np.ndarray], np.ndarray]
+) -> Callable[[str, Any], tuple[float, ...]]:
+    """Return the check of so many numbers, kept as a tuple; ``more`` are checks of an array."""
+
+    def check(name: str, value: Any) -> tuple[float, ...]:
+        found = checks.array(name, value, (count,))
+        for one in more:
+            found = one(name, found)
+        return tuple(found.tolist())
+
+    return check
+
+
+def wholes(count: int, least: int | None = None) -> Callable[[str, Any], tuple[int, ...]]:
+    """Return the check of so many whole numbers, each that much or more, kept as a tuple."""
+    return lambda name, value: tuple(checks.integers(name, value, (count,), least).tolist())
+
+
+def odd(least: int, most: int) -> Callable[[str, Any], int]:
+    """Return the check of an odd number in a range."""
+
+    def check(name: str, value: Any) -> int:
+        found = checks.whole(name, value, least, most)
+        if found % 2 == 0:
+            raise ValueError(f"{name} must be odd, got {found}")
+        return found
+
+    return check
+
+
+def up_to(most: float) -> Callable[[str, Any], float]:
+    """Return the check of a positive number that is that much or less."""
+
+    def check(name: str, value: Any) -> float:
+        found = checks.positive(name, value)
+        if found > most:
+            raise ValueError(f"{name} must be at most {most:g}, got {found:g}")
+        return found
+
+    return check
+
+
+def within(least: float, most: float) -> Callable[[str, Any], float]:
+    """Return the check of a number from one to another, both included."""
+
+    def check(name: str, value: Any) -> float:
+        found = checks.number(name, value)
+        if not least <= found <= most:
+            raise ValueError(f"{name} must be from {least:g} to {most:g}, got {found:g}")
+        return found
+
+    return check
