@@ -13,7 +13,6 @@ from scipy.spatial.transform import Rotation
 from robot_perception import datasets
 from robot_perception.datasets import (
     Calibration,
-    CorruptImage,
     CorruptLog,
     read_bag_film,
     read_bag_stereo,
@@ -27,6 +26,7 @@ from tests.datasets.bags import (
     eyes,
     write_bag,
 )
+from tests.datasets.formats.bags import DEPTHS, FULL, png
 
 # Pictures -----------------------------------------------------------------------------------------
 
@@ -95,38 +95,6 @@ def test_jpeg_is_read_as_from_a_file(tmp_path):
     np.testing.assert_array_equal(next(read_bag_film(path)), expected)
 
 
-DEPTHS = np.where(GREY > 100, 2000 + GREY.astype(np.uint16), 0).astype("<u2")
-FULL = 1500 + GREY.astype("<u2")  # nothing was left out
-
-
-def png(pixels: np.ndarray) -> bytes:
-    return cv2.imencode(".png", pixels)[1].tobytes()
-
-
-DEEP = {  # messages of depths and disparities: their encoding says it, whatever they hold
-    "16UC1": bags.image(0, FULL, "16UC1"),
-    "16UC1 with holes": bags.image(0, DEPTHS, "16UC1"),
-    "16SC1": bags.image(0, FULL, "16SC1"),
-    "32FC1": bags.image(0, FULL.astype("<f4"), "32FC1"),
-    "64FC1": bags.image(0, FULL.astype("<f8"), "64FC1"),
-    "compressed depths": bags.compressed(0, bytes(12) + png(FULL), "16UC1; compressedDepth png"),
-    "of old": bags.compressed(0, bytes(12) + png(FULL), "16UC1; compressedDepth"),
-    "by RVL": bags.compressed(0, b"x" * 99, "16UC1; compressedDepth rvl"),
-    "metres": bags.compressed(0, bytes(12) + png(FULL), "32FC1; compressedDepth png"),
-    "as a picture": bags.compressed(0, png(FULL), "16UC1; png compressed "),
-    "as bytes": bags.compressed(0, png(GREY), "16UC1; jpeg compressed "),
-}
-
-
-@pytest.mark.parametrize("name", DEEP)
-def test_depths_are_told_by_their_encoding(name, tmp_path):
-    """Whether or not something was measured everywhere."""
-    with pytest.raises(
-        CorruptImage, match=r"odd\.bag: picture 1 of /camera/.* holds depths \('\d\d\w"
-    ):
-        read_bag_film(write_bag(tmp_path / "odd.bag", [DEEP[name]]))
-
-
 GREYS = {
     "mono16": bags.image(0, DEPTHS, "mono16"),
     "packed": bags.compressed(0, png(DEPTHS), "mono16; png compressed "),
@@ -150,29 +118,6 @@ def test_a_pattern_that_was_packed_gets_its_colours(shift, tmp_path):
         np.testing.assert_array_equal(next(read_bag_film(path)), shown)
 
 
-UNIT = b"\0\0\0\1\x67" + bytes(range(200))  # a part of H.264
-PARTS = {
-    "h264": bags.compressed(0, UNIT, "h264"),
-    "H.264": bags.compressed(0, UNIT, "H.264"),
-    "hevc": bags.compressed(0, UNIT, "hevc"),
-    "h265": bags.compressed(0, UNIT, "h265; main"),
-    "av1": bags.compressed(0, b"\x12\0" + UNIT, "av1"),
-    "theora": bags.compressed(0, UNIT[1:], "theora"),
-    "by its first bytes": bags.compressed(0, UNIT, ""),
-    "by a wrong name": bags.compressed(0, UNIT[1:], "jpeg"),
-}
-
-
-@pytest.mark.parametrize("name", PARTS)
-def test_parts_of_a_film_are_named(name, tmp_path):
-    said = PARTS[name]
-    form = said.fields["format"]
-    with pytest.raises(
-        CorruptImage, match=rf"picture 1 of /camera/.* is a part of a film \('{form}'\), not a pic"
-    ):
-        read_bag_film(write_bag(tmp_path / "odd.bag", [said]))
-
-
 @pytest.mark.parametrize("read", [read_bag_film, read_bag_stereo])
 @pytest.mark.parametrize("name", ["odd.bag", "odd"])
 @pytest.mark.parametrize(
@@ -194,31 +139,6 @@ def test_a_topic_of_parts_of_a_film_is_named(kind, name, read, tmp_path):
         read(path)
     both = write_bag(tmp_path / f"both_{name}", [part, *eyes()])
     assert len(read_bag_stereo(both)) == 3
-
-
-@pytest.mark.parametrize(
-    ("said", "message"),
-    [
-        (bags.image(0, GREY, "8UC2"), "is encoded as '8UC2', which is none of mono8"),
-        (bags.compressed(0, b"x"), "no picture, or a damaged one"),
-        (bags.compressed(0, b""), "empty"),
-        (bags.image(0, GREY[:, :16], "bgr8", step=20), "is damaged: 480 bytes for 16 x 24 px of 3"),
-        (bags.image(0, np.zeros((4, 0), np.uint8), "mono8"), "has 0 x 4 px"),
-    ],
-)
-def test_what_is_no_picture_is_named(said, message, tmp_path):
-    with pytest.raises(CorruptImage, match=rf"odd\.bag: picture 1 of /camera/.*{message}"):
-        read_bag_film(write_bag(tmp_path / "odd.bag", [said]))
-
-
-def test_a_picture_of_another_size_ends_the_film(tmp_path):
-    said = [bags.image(k, GREY[: 24 - 12 * k], "mono8") for k in range(2)]
-    film = read_bag_film(write_bag(tmp_path / "grows.bag", said))
-    next(film)
-    with pytest.raises(
-        CorruptImage, match=r"picture 2 of \S+ has 32 x 12 px, the first one 32 x 24"
-    ):
-        next(film)
 
 
 # Stereo -------------------------------------------------------------------------------------------
@@ -291,49 +211,6 @@ def test_raw_pictures_are_rectified(tmp_path):
     for picture in pairs[0]:
         assert np.abs(picture[inner] - pattern(columns, rows)[inner]).max() < 2
     assert np.abs(bent[inner] - pattern(columns, rows)[inner]).max() > 20
-
-
-def changed(topic: str, **fields) -> list[bags.Said]:
-    """The pairs, with other fields in the calibration of one side."""
-    said = eyes()
-    for one in said:
-        if one.topic == topic:
-            one.fields.update(fields)
-    return said
-
-
-@pytest.mark.parametrize(
-    ("said", "message"),
-    [
-        (
-            [one for one in eyes() if "info" not in one.topic],
-            "left may be none, right none, without CameraInfo are /left/image_rect, /right/image_r",
-        ),
-        (
-            [one for one in eyes() if "right" not in one.topic],
-            "left may be /left/image_rect, right none",
-        ),
-        (
-            changed("/right/camera_info", p=(RIGHT * [2, 1, 1, 1]).ravel()),
-            "not those of a rectified pair: fx 50 and 100",
-        ),
-        (changed("/left/camera_info", width=64), "have 32 x 24 px, their CameraInfo says 64 x 24"),
-        (
-            [*eyes(), bags.camera_info(9, 2 * P, (32, 24), topic="/left/camera_info")],
-            "the calibration in /left/camera_info changes",
-        ),
-        (
-            [
-                bags.Said(o.topic.replace("rect", "raw"), o.kind, o.fields, o.time)
-                for o in changed("/left/camera_info", d=np.ones(5), distortion_model="mine")
-            ],
-            "their lens is of the unknown model 'mine'",
-        ),
-    ],
-)
-def test_what_is_no_stereo_camera_is_named(said, message, tmp_path):
-    with pytest.raises((CorruptLog, CorruptImage), match=rf"odd: .*{message}"):
-        read_bag_stereo(write_bag(tmp_path / "odd", said))
 
 
 def seen_by(left: np.ndarray, right: np.ndarray, sides=("infra1", "infra2")) -> list[bags.Said]:

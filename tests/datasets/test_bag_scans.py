@@ -76,32 +76,6 @@ def test_beams_beyond_a_narrow_scan_are_void(tmp_path):
     np.testing.assert_array_equal(scans.ranges[2], [np.nan, 2, 2, 2, np.nan])
 
 
-@pytest.mark.parametrize(
-    ("said", "message"),
-    [
-        ([scan(0, [1], frame="a"), scan(1, [1], frame="b")], "scans of several frames: a, b"),
-        (
-            [scan(0, [1, 1], angles=(0.0, 0.0))],
-            "scan 1 of /scan has 2 beams from 0 rad in steps of 0",
-        ),
-        ([scan(0, [1, 1], angles=(np.nan, 0.1))], "scan 1 of /scan has 2 beams from nan rad"),
-        ([scan(0, [])], "scan 1 of /scan has 0 beams"),
-        ([scan(0, [1], range_max=0.0)], "scan 1 of /scan has ranges from 0.1 to 0 m"),
-        (
-            [bags.cloud(0, np.array([[1, 0, 0], [1, 0, 2.0]]))],
-            "heights from 0.00 to 2.00 m, not a scan",
-        ),
-        (
-            [bags.cloud(0, np.ones((2, 2)), names="xy")],
-            "scan 1 of /points: a damaged cloud of points",
-        ),
-    ],
-)
-def test_what_is_no_scan_is_named(said, message, tmp_path):
-    with pytest.raises(CorruptLog, match=rf"/none: .*{message}"):
-        read_bag_scans(write_bag(tmp_path / "none", said))
-
-
 @pytest.mark.parametrize("big", [False, True])
 def test_points_of_a_cloud_in_any_layout(big, tmp_path):
     rng = np.random.default_rng(1)

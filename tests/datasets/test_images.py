@@ -1,4 +1,4 @@
-"""Pictures and sequences: read back, read late, gaps counted, damage named with its file."""
+"""Pictures and sequences: their order, read late, gaps counted, galleries and pairs."""
 
 from pathlib import Path
 
@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from PIL import Image
 
 from robot_perception.datasets import (
     CorruptImage,
@@ -18,23 +17,8 @@ from robot_perception.datasets import (
     read_images,
 )
 from robot_perception.datasets.names import numbering
+from tests.datasets.writing import COLOUR, GREY, folder, save
 from tests.unchecked import unchecked
-
-RNG = np.random.default_rng(0)
-GREY = RNG.integers(0, 256, (20, 30), dtype=np.uint8)
-COLOUR = RNG.integers(0, 256, (20, 30, 3), dtype=np.uint8)
-
-
-def save(path, pixels=GREY):
-    path.parent.mkdir(parents=True, exist_ok=True)
-    Image.fromarray(pixels).save(path)
-    return path
-
-
-def folder(path, numbers, name="{:03}.png", pixels=GREY):
-    for number in numbers:
-        save(path / name.format(number), np.roll(pixels, number, axis=0))
-    return path
 
 
 def test_pictures_are_read_back(tmp_path):
@@ -46,15 +30,6 @@ def test_pictures_are_read_back(tmp_path):
     grey_in_colour = read_image(tmp_path / "a.png", colour=True)
     np.testing.assert_array_equal(grey_in_colour, np.repeat(GREY[..., None], 3, axis=2))
     read_image(path)[:] = 0  # it is the caller's own
-
-
-@pytest.mark.parametrize("suffix", ["png", "jpg"])
-def test_truncated_pictures_are_refused(tmp_path, suffix):
-    whole = save(tmp_path / f"a.{suffix}", np.tile(COLOUR, (5, 5, 1))).read_bytes()
-    for length in (0, 1, 30, len(whole) // 2, len(whole) - 20):
-        (path := tmp_path / f"cut.{suffix}").write_bytes(whole[:length])
-        with pytest.raises(CorruptImage, match=rf"cut\.{suffix}: .*(empty|damaged one)"):
-            read_image(path)
 
 
 @given(place=st.integers(0, 10**6), value=st.integers(1, 255))
@@ -72,14 +47,6 @@ def test_no_changed_byte_of_a_png_passes_unnoticed(tmp_path_factory, place, valu
         assert "BytesIO" not in str(error)  # noqa: PT017
     else:
         np.testing.assert_array_equal(found, GREY)
-
-
-def test_what_is_no_picture_of_bytes_is_refused(tmp_path):
-    (tmp_path / "a.png").write_text("not a picture")
-    with pytest.raises(CorruptImage, match=r"a\.png: no picture, or a damaged one"):
-        read_image(tmp_path / "a.png")
-    with pytest.raises(FileNotFoundError):
-        read_image(tmp_path / "c.png")
 
 
 # ---- sequences -----------------------------------------------------------------------------------

@@ -15,7 +15,9 @@ from scipy.io import savemat
 from robot_perception import datasets
 from robot_perception.datasets import CorruptLog, limits
 from robot_perception.datasets.logs import OtherUnit
-from tests.datasets import test_leg_scans, test_mrclam, test_text
+from tests.datasets.formats.arrays import PLAIN
+from tests.datasets.formats.mrclam import files as mrclam_files
+from tests.datasets.formats.stereo import FORMATS
 from tests.datasets.writing import flaser, robotlaser, vertex, write
 
 
@@ -65,17 +67,20 @@ def graph(folder, times, poses):
 
 def mrclam(folder, times, poses):
     both = list(zip(times, poses, strict=True))
-    return test_mrclam.folder(
-        folder,
+    files = mrclam_files(
         Odometry=[f"{time!r} 0.5 0.1".encode() for time in times],
         Measurement=[f"{time!r} 63 2.0 0.5".encode() for time in times],
         Groundtruth=[f"{time!r} {x!r} {y!r} {turn!r}".encode() for time, (x, y, turn) in both],
     )
+    for name, content in files.items():
+        (folder / name).write_bytes(content)
+    return folder
 
 
 def legs(folder, times, _poses):
     ranges = np.ones((len(times), 3))
-    return test_leg_scans.written(folder, test_leg_scans.PLAIN | {"stamp": times, "ranges": ranges})
+    np.savez(folder / "legs.npz", **PLAIN | {"stamp": times, "ranges": ranges})
+    return folder / "legs.npz"
 
 
 def matlab(*names):
@@ -87,9 +92,9 @@ def matlab(*names):
 
 
 def kitti(folder, _times, poses):
-    test_text.pictures(folder)
     x, y, _ = poses[-1]
-    write(folder / "poses.txt", [f"1 0 0 {x} 0 1 0 {y} 0 0 1 0".encode()] * 2)
+    FORMATS["kitti"].put(folder)
+    write(folder / "poses.txt", [f"1 0 0 {x} 0 1 0 {y} 0 0 1 0".encode()] * 3)
     return folder
 
 
@@ -224,34 +229,6 @@ def test_headings_in_degrees_are_refused(reader, headings, tmp_path):
 def test_headings_in_radians_are_read_wrapped_or_not(reader, headings, tmp_path):
     poses = [[0.5, 0.0, float(heading)] for heading in headings]
     reader.read(reader.put(tmp_path, (np.arange(len(poses)) / 10).tolist(), poses))
-
-
-TURNED = {name: READERS[name] for name in ("relations", "chain")}
-
-
-@pytest.mark.parametrize("reader", TURNED.values(), ids=TURNED)
-def test_turns_from_one_pose_to_another_are_within_one(reader, tmp_path):
-    reader.read(reader.put(tmp_path, [0], [[0.0, 0.0, -6.28]]))
-    with pytest.raises(CorruptLog, match=r"line 1: an angle is beyond a full turn: are these rad"):
-        reader.read(reader.put(tmp_path, [0], [[0.0, 0.0, -45.0]]))
-
-
-@pytest.mark.parametrize(
-    ("read", "put"),
-    [
-        (datasets.read_mrclam, lambda to: test_mrclam.folder(to, Measurement=[b"1 63 2 45"])),
-        (
-            datasets.read_graph_log,
-            lambda to: write(
-                to / "a.log", [vertex(0, [0] * 3), robotlaser([1, 2], *[[0] * 3] * 2, 1, start=-90)]
-            ),
-        ),
-        (datasets.read_vehicle, lambda to: READERS["vehicle"].put(to, [1], [[0, 9, 0]])),
-    ],
-)  # fmt: skip
-def test_angles_of_a_sensor_are_within_a_turn(read, put, tmp_path):
-    with pytest.raises(CorruptLog, match=r"beyond a full turn: are these radians\?"):
-        read(put(tmp_path))
 
 
 @given(

@@ -1,4 +1,4 @@
-"""MRCLAM folders: read back, misread barcodes counted, damage named with file and line."""
+"""MRCLAM: tracks at given times, commands, and what is known of the recording."""
 
 from dataclasses import replace
 
@@ -7,110 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robot_perception.datasets import Commands, CorruptLog, mrclam, read_mrclam
+from robot_perception.datasets import Commands, read_mrclam
 from robot_perception.datasets.tracks import Track
 from robot_perception.geometry import wrap_angle
 from tests.datasets.here import recording
-from tests.datasets.writing import write
 from tests.unchecked import unchecked
-
-HEADER = b"# Time [s]    x [m]"
-FILES = {
-    "Barcodes": [b"1 5", b"2 14", b"3 41", b"4 32", b"5 23", b"6 63", b"7 81"],
-    "Landmark_Groundtruth": [b"7 2.5 -1.0 0.0003 0.0001", b"6 1.5 -4.25 0.0001 0.0002"],
-    "Odometry": [b"10.0 0.5 0.1", b"10.5 0.5 0.1", b"11.0 0.25 0.0"],
-    "Measurement": [b"10.25 63 2.0 0.5", b"10.25 90 1.0 0.0", b"10.5 14 3.0 -0.5"],
-    "Groundtruth": [b"10.0 0.0 0.0 3.1", b"11.0 2.0 4.0 -3.1"],
-}
-
-
-def folder(path, *, suffix=".dat.gz", **changes):
-    """Write a small data set, with other lines in the files named (of robot 2)."""
-    for name, lines in FILES.items():
-        if name in {"Barcodes", "Landmark_Groundtruth"}:
-            write(path / f"{name}{suffix}", [HEADER, *changes.get(name, lines)])
-            continue
-        for robot in mrclam.ROBOTS:
-            mine = changes.get(name, lines) if robot == 2 else lines
-            write(path / f"Robot{robot}_{name}{suffix}", [HEADER, *mine])
-    return path
-
-
-@pytest.mark.parametrize("suffix", [".dat", ".dat.gz"])
-def test_every_number_is_read_back(tmp_path, suffix):
-    data = read_mrclam(folder(tmp_path, suffix=suffix))
-    np.testing.assert_array_equal(data.landmarks.ids, [6, 7])
-    np.testing.assert_array_equal(data.landmarks.positions, [[1.5, -4.25], [2.5, -1.0]])
-    np.testing.assert_array_equal(data.landmarks.sigmas, [[1e-4, 2e-4], [3e-4, 1e-4]])
-    assert tuple(data.robots) == mrclam.ROBOTS
-    robot = data.robots[3]
-    np.testing.assert_array_equal(robot.commands.times, [10, 10.5, 11])
-    np.testing.assert_array_equal(robot.commands.velocities, [[0.5, 0.1], [0.5, 0.1], [0.25, 0]])
-    np.testing.assert_array_equal(robot.truth.poses, [[0, 0, 3.1], [2, 4, -3.1]])
-    assert len(data.reports) == 17
-    assert all(report.others == {"#": 1} for report in data.reports)
-
-
-def test_robots_landmarks_and_misread_barcodes_are_kept_apart(tmp_path):
-    robot = read_mrclam(folder(tmp_path)).robots[1]
-    np.testing.assert_array_equal(robot.landmarks.subjects, [6])
-    np.testing.assert_array_equal(robot.landmarks.values, [[2.0, 0.5]])
-    np.testing.assert_array_equal(robot.robots.subjects, [2])
-    np.testing.assert_array_equal(robot.robots.times, [10.5])
-    assert robot.unknown == {90: 1}
-
-
-BAD_LINES = [
-    ("Barcodes", b"8 63", "names a subject or barcode a second time"),
-    ("Barcodes", b"8.5 99", "a subject or barcode is not a positive integer"),
-    ("Barcodes", b"0 99", "a subject or barcode is not a positive integer"),
-    ("Landmark_Groundtruth", b"6 0 0 0 0", "names a subject or barcode a second time"),
-    ("Landmark_Groundtruth", b"8 0 0 -1 0", "a standard deviation is negative"),
-    ("Landmark_Groundtruth", b"-8 0 0 0 0", "a subject or barcode is not a positive integer"),
-    ("Odometry", b"10.75 0.5 0.1", "its time lies before that of an earlier line"),
-    ("Measurement", b"10.25 63 2.0 0.5", "its time lies before that of an earlier line"),
-    ("Measurement", b"10.5 14 2.9 -0.5", "sees a barcode a second time in one image"),
-    ("Measurement", b"10.75 63 0 0.5", "a range is not positive"),
-    ("Measurement", b"10.75 6.5 1 0.5", "a subject or barcode is not a positive integer"),
-    ("Groundtruth", b"11.0 0 0 0", "has the time of an earlier line"),
-    ("Groundtruth", b"9.0 0 0 0", "its time lies before that of an earlier line"),
-]
-
-
-@pytest.mark.parametrize(("name", "line", "reason"), BAD_LINES)
-def test_bad_line_is_named(tmp_path, name, line, reason):
-    lines = [*FILES[name], line]
-    folder(tmp_path, **{name: lines})
-    with pytest.raises(CorruptLog, match=rf"{name}\.dat\.gz, line {len(lines) + 1}: .*{reason}"):
-        read_mrclam(tmp_path)
-
-
-def test_first_of_several_bad_lines_is_named(tmp_path):
-    lines = [FILES["Odometry"][0], b"#", b"10.1 x 0", b"10.2 0 y"]
-    folder(tmp_path, Odometry=lines)
-    with pytest.raises(CorruptLog, match=r"Robot2_Odometry\.dat\.gz, line 4: .*not a number"):
-        read_mrclam(tmp_path)
-
-
-def test_empty_and_missing_files_are_named(tmp_path):
-    file = folder(tmp_path) / "Robot4_Odometry.dat.gz"
-    write(file, [HEADER])
-    with pytest.raises(CorruptLog, match=r"Robot4_Odometry\.dat\.gz: no odometry line"):
-        read_mrclam(tmp_path)
-    file.unlink()
-    with pytest.raises(FileNotFoundError, match=r"Robot4_Odometry"):
-        read_mrclam(tmp_path)
-    with pytest.raises(FileNotFoundError, match=r"Barcodes"):
-        read_mrclam(tmp_path / "elsewhere")
-
-
-def test_a_subject_that_is_nowhere_is_an_error(tmp_path):
-    folder(tmp_path, Barcodes=[*FILES["Barcodes"], b"9 99"])
-    with pytest.raises(CorruptLog, match=r"subjects \[9\] have a barcode and no position"):
-        read_mrclam(tmp_path)
-
-
-# ---- truth at given times ------------------------------------------------------------------------
 
 
 def test_headings_take_the_short_way_and_nothing_is_extrapolated():

@@ -1,9 +1,9 @@
-"""What sensors saw: read in the order of time, and the first row that cannot be is named."""
+"""What sensors saw is read in the order of time."""
 
 import numpy as np
 import pytest
 
-from robot_perception.datasets import CorruptLog, read_commands, read_detections, read_landmarks
+from robot_perception.datasets import read_detections, read_landmarks
 from tests.unchecked import unchecked
 
 POLAR = {"range_m": 200, "bearing_rad": 7}
@@ -44,55 +44,6 @@ def test_detections_tell_who_saw_nobody(tmp_path):
     assert found.seen.tolist() == [True, False, True]
     np.testing.assert_array_equal(found.values[0], [1, 0.5, 0.1, 0.2])
     assert read_detections(tmp_path / "seen.csv", {"laser": 1, "eye": 2}).report.lines == 3
-
-
-def test_commands_may_have_one_time(tmp_path):
-    found = read_commands(put(tmp_path, MOVES + "1,0,0\n1,1,0\n2,0,0\n"))
-    assert found.times.tolist() == [1, 1, 2]
-
-
-def landmarks(path):
-    return read_landmarks(path, POLAR)
-
-
-def detections(path):
-    return read_detections(path, ["laser", "eye"])
-
-
-BAD = {
-    "seen twice": (landmarks, SEEN + "1,7,3,0\n2,7,3,0\n1,7,3,1\n", r"4: landmark 7: .* line 2"),
-    "range 0": (landmarks, SEEN + "1,7,3,0\n\n2,7,0,0\n", "4: range_m must be positive, got 0"),
-    "a negative range": (landmarks, SEEN + "1,7,-3,0\n", "2: range_m must be positive, got -3"),
-    "no landmark": (landmarks, SEEN + "1,-2,3,0\n", "2: landmark must be at least -1, got -2"),
-    "half a landmark": (landmarks, SEEN + "1,1.5,3,0\n", "2: landmark is '1.5', not a whole"),
-    "degrees": (landmarks, SEEN + "1,1,3,45\n", "2: bearing_rad is '45', beyond 7"),
-    "sigma 0": (
-        detections,
-        FELT + "1,laser,2,0,0,1\n",
-        "2: distance_sigma_m must be posit",
-    ),
-    "no spread": (
-        detections,
-        FELT + "1,laser,2,0,1,0\n",
-        "2: direction_sigma_rad must be ",
-    ),
-    "another sensor": (
-        detections,
-        FELT + "1,eye,2,0,1,1\n1,radar,2,0,1,1\n",
-        "3: sensor is 'radar', none of the sensors laser, eye",
-    ),
-    "commands that fall": (
-        read_commands,
-        MOVES + "1,0,0\n3,0,0\n2,0,0\n",
-        "4: times must not fall, got 3 before 2",
-    ),
-}
-
-
-@pytest.mark.parametrize(("read", "text", "message"), BAD.values(), ids=BAD)
-def test_the_first_bad_row_is_named(read, text, message, tmp_path):
-    with pytest.raises(CorruptLog, match=rf"seen\.csv, line {message}"):
-        read(put(tmp_path, text))
 
 
 def test_sensors_must_be_names(tmp_path):

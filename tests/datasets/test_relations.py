@@ -1,28 +1,13 @@
-"""Relations: read back, the first bad line named, matched to scans by rounded time."""
+"""Relations are matched to scans by rounded time."""
 
 from pathlib import Path
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from robot_perception.datasets import ReadReport, Relations, read_relations
 from tests.datasets.writing import write
-
-RNG = np.random.default_rng(3)
-TABLE = np.column_stack([RNG.uniform(0, 100, (5, 2)).round(6), RNG.normal(size=(5, 6)).round(6)])
-LINES = [" ".join(map(repr, row)).encode() for row in TABLE.tolist()]
-
-
-@pytest.mark.parametrize("name", ["a.relations", "a.relations.gz"])
-def test_every_number_is_read_back(tmp_path, name):
-    relations = read_relations(write(tmp_path / name, [b"# t1 t2", *LINES]))
-    np.testing.assert_array_equal(relations.times, TABLE[:, :2])
-    np.testing.assert_array_equal(relations.motions, TABLE[:, 2:])
-    np.testing.assert_array_equal(relations.planar, TABLE[:, [2, 3, 7]])
-    assert relations.report.kept == {"relation": 5}
-    assert relations.report.others == {"#": 1}
 
 
 def test_relations_are_matched_by_rounded_time(tmp_path):

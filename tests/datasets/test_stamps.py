@@ -5,7 +5,7 @@ import pytest
 from PIL import Image
 
 from robot_perception.datasets import read_film, read_images
-from tests.datasets.test_images import folder
+from tests.datasets.writing import folder
 
 TIMES = 1305031102.0 + np.array([0.175304, 0.211214, 0.5, 1.0112])
 MICRO = np.round(TIMES * 1e6).astype(int).tolist()

@@ -7,30 +7,16 @@ from robot_perception.datasets import (
     Calibration,
     CorruptImage,
     CorruptLog,
-    read_depth_pair,
     read_kitti,
-    read_plane_pair,
     read_stereo,
     read_stereo_features,
 )
 from robot_perception.datasets.stereo import SIDES
 from robot_perception.geometry import se3
+from tests.datasets.formats.stereo import CALIB, LEFT, NUMBERED, POSES, RIGHT
 from tests.datasets.here import recording
-from tests.datasets.test_images import GREY, folder, save
-from tests.datasets.writing import write
+from tests.datasets.writing import folder, row, write
 from tests.unchecked import unchecked
-
-K = [[700.0, 0, 15, 0], [0, 690, 10, 0], [0, 0, 1, 0]]
-LEFT, RIGHT = np.array(K), np.array(K)
-RIGHT[0, 3] = -350.0
-POSES = np.array([np.eye(4), np.eye(4), np.eye(4)])
-POSES[1, :3, 3] = 0.1, -0.2, 1.5
-POSES[2, :3, :3] = [[0, 0, 1], [0, 1, 0], [-1, 0, 0]]
-
-
-def row(values, label=b""):
-    return label + b" ".join(repr(float(v)).encode() for v in np.ravel(values))
-
 
 # ---- KITTI ---------------------------------------------------------------------------------------
 
@@ -38,30 +24,9 @@ def row(values, label=b""):
 def kitti(path, calib=None, poses=None, numbers=range(3), sides=("image_l", "image_r")):
     for side in sides:
         folder(path / side, numbers)
-    write(path / "calib.txt", calib or [row(LEFT), row(RIGHT)])
-    if poses is None:
-        poses = [row(T[:3], b"%d " % k) for k, T in enumerate(POSES)]
-    write(path / "poses.txt", poses)
+    write(path / "calib.txt", calib or CALIB)
+    write(path / "poses.txt", poses or NUMBERED)
     return path
-
-
-def test_a_snippet_is_read_back(tmp_path):
-    drive = read_kitti(kitti(tmp_path))
-    assert drive.calibration.focal == (700.0, 690.0)
-    assert drive.calibration.centre == (15.0, 10.0)
-    assert drive.calibration.baseline == 0.5
-    np.testing.assert_array_equal(drive.poses, POSES)
-    np.testing.assert_array_equal(drive.frames[2][0], np.roll(GREY, 2, axis=0))
-    rig = drive.calibration.rig(drive.frames.size)
-    np.testing.assert_allclose(rig.project(np.array([[0.0, 0, 7.0]])), [[15, 10, 15 - 50]])
-
-
-def test_the_form_of_the_benchmark_is_read_too(tmp_path):
-    calib = [row(LEFT, b"P0: "), row(RIGHT, b"P1: "), row(LEFT, b"P2: "), b"Tr: 1 2 3"]
-    poses = [row(T[:3]) for T in POSES]
-    drive = read_kitti(kitti(tmp_path, calib, poses, sides=("image_0", "image_1")))
-    assert drive.calibration.baseline == 0.5
-    np.testing.assert_array_equal(drive.poses, POSES)
 
 
 COLOUR = {"P2": LEFT.copy(), "P3": RIGHT.copy()}
@@ -173,35 +138,6 @@ def test_poses_belong_to_pictures_by_number(tmp_path):
     np.testing.assert_array_equal(drive.poses, POSES[[1, 0]])
 
 
-OTHER = np.array(K)
-OTHER[0, 3], OTHER[1, 1] = -350.0, 691.0
-SKEW = [matrix + np.array([[0, 1.0, 0, 0], [0] * 4, [0] * 4]) for matrix in (LEFT, RIGHT)]
-BAD = {
-    "another camera": ({"calib": [row(LEFT), row(OTHER)]}, "not those of a rectified pair"),
-    "a skew": ({"calib": [row(SKEW[0]), row(SKEW[1])]}, "not those of a rectified pair"),
-    "no baseline": ({"calib": [row(LEFT), row(LEFT)]}, "not those of a rectified pair"),
-    "left and right": ({"calib": [row(RIGHT), row(LEFT)]}, "not those of a rectified pair"),
-    "a matrix less": ({"calib": [row(LEFT)]}, "must be two projection matrices, got 1"),
-    "a number less": ({"calib": [row(LEFT), row(RIGHT[:2])]}, r"calib\.txt, line 2: fewer"),
-    "no number": ({"calib": [row(LEFT), row(RIGHT[:2]) + b" 0 0 1 x"]}, "line 2: a value is not"),
-    "no rotation": ({"poses": [row(2 * POSES[0, :3], b"0 ")]}, "line 1: the pose is no rigid mot"),
-    "a reflection": ({"poses": [row(np.diag([1, 1, -1, 1])[:3], b"0 ")]}, "no rigid motion"),
-    "a pose twice": ({"poses": [row(POSES[0, :3], b"1 ")] * 2}, "line 2: names a picture a sec"),
-    "a word more": ({"poses": [row(POSES[0], b"1 ")]}, "line 1: more values"),
-    "half a picture": ({"poses": [row(POSES[0, :3], b"1.5 ")]}, "line 1: an id or a count"),
-    "a pose less": (
-        {"poses": [row(POSES[0, :3], b"%d " % k) for k in (0, 2)]},
-        r"poses\.txt: 1 pictures have no pose, the first is 1",
-    ),
-}
-
-
-@pytest.mark.parametrize(("change", "message"), BAD.values(), ids=BAD)
-def test_damage_is_named(tmp_path, change, message):
-    with pytest.raises(CorruptLog, match=message):
-        read_kitti(kitti(tmp_path, **change))
-
-
 def test_missing_pictures_and_files_are_named(tmp_path):
     kitti(tmp_path, poses=[row(POSES[0, :3], b"%d " % k) for k in range(6)], numbers=(0, 1, 2, 5))
     with pytest.raises(CorruptImage, match=r"image_l: pictures .* missing: 3 to 4 \(2 in all"):
@@ -246,63 +182,6 @@ def test_the_snippets_hold_what_is_known_of_them(name, size, metres, degrees):
 # ---- GTSAM ---------------------------------------------------------------------------------------
 
 
-def tracks(path, camera=b"700 690 0 15 10 0.5", poses=None, factors=None):
-    write(path / "VO_calibration.txt", [camera])
-    if poses is None:
-        poses = [row(T, b"%d " % k) for k, T in zip((3, 1, 2), POSES[[2, 0, 1]], strict=True)]
-    write(path / "VO_camera_poses_large.txt", poses)
-    if factors is None:
-        factors = [b"1 7 115 65 79 1 1 7", b"2 7 110 60 80 1 1 7", b"3 9 65 15 10 0.5 0 7"]
-    write(path / "VO_stereo_factors_large.txt.gz", factors)
-    return path
-
-
-def test_stereo_features_are_read_back(tmp_path):
-    found = read_stereo_features(tracks(tmp_path))
-    assert found.calibration.focal == (700.0, 690.0)
-    assert found.calibration.centre == (15.0, 10.0)
-    assert found.calibration.baseline == 0.5
-    np.testing.assert_array_equal(found.poses, POSES)  # by their numbers
-    np.testing.assert_array_equal(found.frames, [0, 1, 2])
-    np.testing.assert_array_equal(found.landmarks, [7, 7, 9])
-    np.testing.assert_array_equal(found.measurements[0], [115, 79, 65])  # left, row, right
-    np.testing.assert_allclose(
-        found.calibration.rig((40, 30)).triangulate(found.measurements, 1.0).mean[0], [1, 0.7, 7]
-    )
-
-
-BAD_FEATURES = {
-    "a skew": ({"camera": b"700 690 1 15 10 0.5"}, "the camera has a skew"),
-    "no baseline": ({"camera": b"700 690 0 15 10 0"}, "baseline is not positive"),
-    "a pose twice": ({"poses": [row(POSES[0], b"1 ")] * 2}, "line 2: names a pose a second"),
-    "no rotation": ({"poses": [row(2 * POSES[0], b"1 ")]}, "line 1: the pose is no rigid"),
-    "a pose less": (
-        {"poses": [row(POSES[0], b"2 ")]},
-        "2 observations are from poses that are not",
-    ),
-    "a landmark twice": (
-        {"factors": [b"1 7 115 65 80 1 1 7"] * 2},
-        "line 2: sees a landmark a second time",
-    ),
-    "no disparity": ({"factors": [b"1 7 65 65 80 1 1 7"]}, "line 1: the disparity is not positive"),
-    "half a landmark": ({"factors": [b"1 7.5 115 65 80 1 1 7"]}, "line 1: .* no whole number"),
-    "a number less": ({"factors": [b"1 7 115 65 80 1 1"]}, "line 1: fewer values"),
-}
-
-
-@pytest.mark.parametrize(("change", "message"), BAD_FEATURES.values(), ids=BAD_FEATURES)
-def test_damage_of_features_is_named(tmp_path, change, message):
-    with pytest.raises(CorruptLog, match=message):
-        read_stereo_features(tracks(tmp_path, **change))
-
-
-def test_a_second_camera_is_named(tmp_path):
-    tracks(tmp_path)
-    write(tmp_path / "VO_calibration.txt", [b"700 690 0 15 10 0.5"] * 2)
-    with pytest.raises(CorruptLog, match=r"VO_calibration\.txt, line 2: is a second camera"):
-        read_stereo_features(tmp_path)
-
-
 def test_the_features_of_gtsam_are_seen_where_their_poses_say():
     """Points of one landmark from two neighbouring frames agree in the world."""
     found = read_stereo_features(recording("stereo_feature_tracks"))
@@ -325,46 +204,6 @@ def test_the_features_of_gtsam_are_seen_where_their_poses_say():
 
 
 # ---- pairs with truth ----------------------------------------------------------------------------
-
-XML = b'<?xml version="1.0"?><s><H><rows>3</rows><data>\n 2 0 5\n 0 3. 6 0 0 1e0 </data></H></s>'
-
-
-def test_a_homography_is_read_as_opencv_writes_it(tmp_path):
-    save(tmp_path / "graf1.png")
-    save(tmp_path / "graf3.png", GREY[:10].copy())
-    (tmp_path / "H1to3p.xml").write_bytes(XML)
-    pair = read_plane_pair(tmp_path)
-    np.testing.assert_array_equal(pair.homography, [[2, 0, 5], [0, 3, 6], [0, 0, 1]])
-    assert pair.first.shape == (20, 30)
-    assert pair.second.shape == (10, 30)
-    for content, message in [
-        (XML.replace(b"3. 6", b"3."), "nine finite numbers, got 8"),
-        (XML.replace(b"3.", b"nan"), "nine finite numbers"),
-        (XML.replace(b"3.", b"x"), "no matrix as OpenCV stores one"),
-        (XML.replace(b"3.", b"0"), "the homography is singular"),
-        (XML[:60], "no matrix as OpenCV stores one"),
-        (b"<a></a>", "no matrix as OpenCV stores one"),
-    ]:
-        (tmp_path / "H1to3p.xml").write_bytes(content)
-        with pytest.raises(CorruptLog, match=rf"H1to3p\.xml: .*{message}"):
-            read_plane_pair(tmp_path)
-
-
-def test_a_pair_with_disparities_is_read_back(tmp_path):
-    for name, pixels in {"aloeL.jpg": GREY, "aloeR.jpg": GREY, "aloeGT.png": GREY}.items():
-        save(tmp_path / name, pixels)
-    pair = read_depth_pair(tmp_path)
-    np.testing.assert_array_equal(pair.disparity, GREY)
-    np.testing.assert_array_equal(pair.known, GREY > 0)
-    assert pair.disparity.dtype == float
-    save(tmp_path / "aloeGT.png", GREY[:10].copy())
-    with pytest.raises(
-        CorruptImage, match=r"aloeGT\.png: \(10, 30\), but aloeL\.jpg is \(20, 30\)"
-    ):
-        read_depth_pair(tmp_path)
-    (tmp_path / "aloeR.jpg").unlink()
-    with pytest.raises(FileNotFoundError, match="aloeR"):
-        read_depth_pair(tmp_path)
 
 
 def test_the_cameras_need_a_size(tmp_path):

@@ -20,13 +20,6 @@ TIMES = np.cumsum(RNG.uniform(0.01, 0.2, 20)) + 1.4e9
 POINTS = RNG.normal(0, 5, (4, 3))
 
 
-def test_tum_is_read_as_it_was(tmp_path):
-    datasets.write_tum(tmp_path / "way.tum", TIMES, POSES)
-    track = datasets.read_track(tmp_path / "way.tum")
-    np.testing.assert_allclose(track.times, TIMES, rtol=0, atol=1e-6)
-    np.testing.assert_allclose(track.poses, PLANAR, atol=1e-8)
-
-
 def test_tum_holds_the_turn_in_space(tmp_path):
     """Quaternion by hand: a half angle about the axis, the scalar last."""
     roll = se3.exp(np.array([[1.0, 2, 3, 0.6, 0, 0], [1, 2, 3, 0, 0, 0]]))
@@ -84,17 +77,6 @@ def test_mot_counts_pixels_from_one_and_sorts_by_frame(tmp_path):
     np.testing.assert_array_equal(rows[:, 2:6], -1)
     np.testing.assert_allclose(rows[:, 6], [0.25, 1.0, 0.5])
     np.testing.assert_allclose(rows[:, 7:], POINTS[[1, 2, 0]], rtol=1e-5)
-
-
-def test_columns_are_read_as_they_were(tmp_path):
-    said = {"time_s": TIMES, "count": np.arange(20), "sensor": ["Auge", "ear"] * 10}
-    datasets.write_columns(tmp_path / "a.csv", said)
-    limits = {"time_s": np.inf, "count": 99}
-    found = datasets.read_columns(tmp_path / "a.csv", limits, integers=["count"], texts=["sensor"])
-    np.testing.assert_allclose(found["time_s"], TIMES, rtol=1e-14)
-    assert found["count"].tolist() == list(range(20))
-    assert found["sensor"].tolist() == said["sensor"]
-    assert list(found) == ["time_s", "count", "sensor"]
 
 
 FINITE = st.floats(-1e100, 1e100)

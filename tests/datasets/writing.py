@@ -1,10 +1,42 @@
 """Writes synthetic recordings: what a logger would have written of known numbers."""
 
 import gzip
+import io
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from PIL import Image
+
+RNG = np.random.default_rng(0)
+GREY = RNG.integers(0, 256, (20, 30), dtype=np.uint8)
+COLOUR = RNG.integers(0, 256, (20, 30, 3), dtype=np.uint8)
+
+
+def save(path: Path, pixels: np.ndarray = GREY) -> Path:
+    """Write a picture, and the folders above it."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    Image.fromarray(pixels).save(path)
+    return path
+
+
+def folder(path: Path, numbers, name: str = "{:03}.png", pixels: np.ndarray = GREY) -> Path:
+    """Write pictures with these numbers, each moved by its number of rows."""
+    for number in numbers:
+        save(path / name.format(number), np.roll(pixels, number, axis=0))
+    return path
+
+
+def encoded(pixels: np.ndarray, kind: str = "PNG", **how: Any) -> bytes:
+    """Return a picture as a file holds it."""
+    Image.fromarray(pixels).save(file := io.BytesIO(), kind, **how)
+    return file.getvalue()
+
+
+def row(values, label: bytes = b"") -> bytes:
+    """Return numbers as a line that reads back exactly."""
+    return label + b" ".join(repr(float(v)).encode() for v in np.ravel(values))
 
 
 def flaser(readings, pose, odometry, time, host="host") -> bytes:

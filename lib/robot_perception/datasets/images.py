@@ -18,6 +18,7 @@ from robot_perception.datasets.logs import as_path
 from robot_perception.datasets.names import numbering
 from robot_perception.datasets.pictures import READ, UNREAD, CorruptImage, read_image
 from robot_perception.datasets.stamps import times_beside
+from robot_perception.fields import checked
 
 ENDINGS = (
     ".png",
@@ -346,8 +347,7 @@ class StereoSequence:
     right: ImageSequence
 
     def __post_init__(self) -> None:
-        for name in ("left", "right"):
-            instance(name, getattr(self, name), ImageSequence)
+        checked(self)
         alone = {
             name: sorted(set(ours.numbers) - set(others.numbers))
             for name, ours, others in (

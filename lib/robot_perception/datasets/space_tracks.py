@@ -5,6 +5,7 @@ SciPy's rotations are imported where poses are made: the other readers do withou
 
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -17,8 +18,23 @@ from robot_perception.datasets.limits import Check
 from robot_perception.datasets.logs import ReadReport, read_table
 from robot_perception.datasets.poses import are_no_rotations, layout, order, read_poses
 from robot_perception.datasets.tracks import neighbours, read_track
+from robot_perception.fields import checked
 
 ROTATION: Check = ("its matrix of 3 × 3 is no rotation", are_no_rotations)
+
+
+def _rising(name: str, times: Float[np.ndarray, " k"]) -> Float[np.ndarray, " k"]:
+    """Return times that each lie after the one before."""
+    if (np.diff(times) <= 0).any():
+        raise ValueError(f"{name} must rise, got one that does not lie after the one before")
+    return times
+
+
+def _motions(name: str, poses: Float[np.ndarray, "k 4 4"]) -> Float[np.ndarray, "k 4 4"]:
+    """Return rigid motions."""
+    from robot_perception.geometry import se3
+
+    return se3.checked(name, poses)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -37,27 +53,13 @@ class SpaceTrack:
     Raises
     ------
     ValueError
-        If a pose is no rigid motion, there is not a time for each, or the times do not rise.
+        If a pose is no rigid motion.
     """
 
-    times: Float[np.ndarray, " k"] | None
-    poses: Float[np.ndarray, "k 4 4"]
+    times: Annotated[Float[np.ndarray, " k"], _rising] | None
+    poses: Annotated[Float[np.ndarray, "k 4 4"], _motions]
     report: ReadReport | None = None
-
-    def __post_init__(self) -> None:
-        from robot_perception.geometry import se3
-
-        poses = checks.reals("poses", self.poses)
-        checks.shaped("poses", poses, ("k", 4, 4))
-        object.__setattr__(self, "poses", se3.checked("poses", poses))
-        if self.report is not None:
-            checks.instance("report", self.report, ReadReport)
-        if self.times is None:
-            return
-        times = checks.array("times", self.times, (len(poses),), beside="these poses")
-        if (np.diff(times) <= 0).any():
-            raise ValueError("times must rise, got one that does not lie after the one before")
-        object.__setattr__(self, "times", times)
+    __post_init__ = checked
 
     def __len__(self) -> int:
         return len(self.poses)

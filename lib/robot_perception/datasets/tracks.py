@@ -23,6 +23,13 @@ LEVEL = 1.0  # m: no robot in the plane that hardly moves has heights that diffe
 COVARIANCE = ("cov_xx", "cov_xy", "cov_xh", "cov_yy", "cov_yh", "cov_hh")
 
 
+def _some(name: str, poses: Float[np.ndarray, "k 3"]) -> Float[np.ndarray, "k 3"]:
+    """Return poses, one at least."""
+    if not len(poses):
+        raise ValueError(f"{name} must be one at least, got none")
+    return poses
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Track:
     """Poses of a robot, estimated or by motion capture.
@@ -40,21 +47,15 @@ class Track:
 
     Raises
     ------
-    TypeError
-        If a field is of another type.
     ValueError
-        If shapes disagree, there is no pose, a number is not finite, or the times fall.
+        If there is no pose, or the times fall.
     """
 
     times: Annotated[Float[np.ndarray, " k"], limits.in_order]
-    poses: Float[np.ndarray, "k 3"]
+    poses: Annotated[Float[np.ndarray, "k 3"], _some]
     covs: Float[np.ndarray, "k 3 3"] | None = None
     report: ReadReport | None = None
-
-    def __post_init__(self) -> None:
-        checked(self)
-        if not len(self.poses):
-            raise ValueError("poses must be one at least, got none")
+    __post_init__ = checked
 
     def at(
         self, times: Float[np.ndarray, " m"], *, longest_gap: float

@@ -5,7 +5,7 @@ import numpy as np
 from data_synth.arms.bodies import make_person
 from data_synth.arms.gestures import ArmScene, film_arms
 from data_synth.companion.faces import make_identity
-from robot_perception.arms import body_model, likelihoods, tracker
+from robot_perception.arms import body_model, likelihoods, printed, tracker, watching
 from robot_perception.arms.body_model import REST, BodyModel, Measures
 from robot_perception.beliefs import ParticleSet
 from robot_perception.cameras import Pinhole
@@ -32,6 +32,8 @@ STATE = TRACKER.start(IMAGE, rng=np.random.default_rng(1), face=FACE, pose=REST)
 EDGE = likelihoods.EdgeCue()
 PATCH = likelihoods.PatchCue(PATCHES, EVEN)
 PICTURE = tracker.Picture(STATE, SEEN, RULES)
+WATCH = watching.ArmWatch(TRACKER, level=-9.0, newest=0.5, anew=0.5)
+WATCHED = watching.WatchState(STATE, np.array([-9.5, -2.0]), np.array([1, 0]))
 
 
 WHO = make_identity(np.random.default_rng(3), tone=1)
@@ -111,4 +113,10 @@ CALLS = {
         ParticleSet.uniform(STATES), GREY, STATE.first, STATE.cues, STATE.bounds, 0
     ),
     tracker.find_face: lambda: call(FACED),
+    printed.SumCue: lambda: call(60.0, 0.5, 1.0, "square of the sum"),
+    watching.WatchState: lambda: call(STATE, np.array([-9.5, -2.0]), np.array([1, 0])),
+    watching.ArmWatch: lambda: call(TRACKER, -9.0, 0.5, 0.5),
+    watching.ArmWatch.start: lambda: call(WATCH, IMAGE, rng=rng(), face=FACE, pose=REST),
+    watching.ArmWatch.step: lambda: call(WATCH, WATCHED, LATER, rng=rng()),
+    watching.arm_logs: lambda: call(STATE, SEEN),
 }

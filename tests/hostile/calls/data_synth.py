@@ -26,7 +26,7 @@ from data_synth.coloured import beetles, discs, heads, lamp, sequences, snails
 from data_synth.people import bodies, session, signals, staging, stories, world
 from data_synth.people import office as people_office
 from data_synth.people import sound as people_sound
-from tests.hostile.calls import _arms_world, _companion_world
+from tests.hostile.calls import _arms_world, _companion_world, _day_world
 from tests.hostile.sweep import call
 
 FLOOR = office.make_office(rng=np.random.default_rng(0), rooms=2)
@@ -244,4 +244,5 @@ CALLS = (
     }
     | _companion_world.CALLS
     | _arms_world.CALLS
+    | _day_world.CALLS
 )
