@@ -385,6 +385,17 @@ def test_the_importance_filter_moves_half_of_the_particles_to_the_hands():
             ),
             "image must be",
         ),
+        (
+            lambda: FEW.step(
+                replace(
+                    FEW.start(FILM.frames[0], rng=rng(), face=FILM.face),
+                    grey=np.zeros((4, 5), np.uint8),
+                ),
+                FILM.frames[1],
+                rng=rng(),
+            ),
+            "state.grey must be",
+        ),
     ],
 )
 def test_bad_input_is_named(make, problem):

@@ -422,7 +422,7 @@ def test_a_pattern_beyond_what_is_seen_is_let_go_and_not_found():
     assert {*look_for(at, state.patterns, sought, MapRules(), rng=gen())} <= half
     with pytest.raises(ValueError, match="seen must be"):
         trackers.step(trackers.start(at), film()[0][:100], rng=gen())
-    with pytest.raises(TypeError, match="seen must be an array of booleans, got"), unchecked():
+    with pytest.raises(TypeError, match="seen must be an array of truth values, got"), unchecked():
         PatternTrackers(state.patterns, seen=np.ones(SHAPE))
 
 

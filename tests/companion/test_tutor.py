@@ -210,7 +210,7 @@ def test_motion_is_a_random_walk_of_the_stated_deviations_within_limits():
     ("wrong", "error", "text"),
     [
         (lambda: TutorModel(np.zeros((0, 4))), ValueError, "patches must be one at least"),
-        (lambda: TutorModel(contour=np.zeros((0, 2))), ValueError, "contour must have a point"),
+        (lambda: TutorModel(contour=np.zeros((0, 2))), ValueError, "contour must not be empty"),
         (lambda: TutorModel(cues={"a": 3}), TypeError, "cues.'a'. must be"),
         (lambda: TutorRules(particles=1), ValueError, "particles must be"),
         (lambda: TutorRules(colour_sigma=0.0), ValueError, "colour_sigma must be"),

@@ -18,7 +18,7 @@ image those at the frame hold.
 
 from dataclasses import dataclass
 from functools import cache, lru_cache
-from typing import no_type_check
+from typing import Annotated, no_type_check
 
 import numpy as np
 from jaxtyping import Float, UInt8
@@ -26,7 +26,7 @@ from jaxtyping import Float, UInt8
 from robot_perception import checks
 from robot_perception.appearance._masks import Mask, Outline, check_mask, check_outline
 from robot_perception.extras import needing
-from robot_perception.fields import checked
+from robot_perception.fields import checked, from_to, within
 from robot_perception.kernels import kernel
 
 with needing():
@@ -51,6 +51,14 @@ FAR = 1e30
 """Distance, px, of pixels that are not looked at."""
 
 
+def _falling(name: str, value: tuple[float, float]) -> tuple[float, float]:
+    """Return two positive numbers, the second no larger than the first."""
+    first, last = checks.array(name, value, (2,)).tolist()
+    if not 0 < last <= first:
+        raise ValueError(f"{name} must fall and stay positive, got {(first, last)}")
+    return first, last
+
+
 @dataclass(frozen=True, slots=True)
 class SnakeRules:
     r"""Stiffness of a snake and rules of its motion. All values are our choice.
@@ -66,30 +74,14 @@ class SnakeRules:
         T at the first step and at the last, px; it falls by the same factor at each.
     steps
         How many steps are taken.
-
-    Raises
-    ------
-    ValueError
-        If a number is out of its range, or the reach rises.
     """
 
-    elasticity: float = 0.05
-    rigidity: float = 0.05
-    damping: float = 0.7
-    reach: tuple[float, float] = (20.0, 3.0)
-    steps: int = 60
-
-    def __post_init__(self) -> None:
-        for name, least in {"elasticity": 0, "rigidity": 0, "damping": 0.55}.items():
-            value = checks.number(name, getattr(self, name))
-            if not least <= value <= 1e6:
-                raise ValueError(f"{name} must be from {least} to a million, got {value:g}")
-            object.__setattr__(self, name, value)
-        first, last = checks.vector("reach", self.reach, 2).tolist()
-        if not 0 < last <= first:
-            raise ValueError(f"reach must fall and stay positive, got {(first, last)}")
-        object.__setattr__(self, "reach", (first, last))
-        object.__setattr__(self, "steps", checks.whole("steps", self.steps, 1, 10_000))
+    elasticity: Annotated[float, within(0, 1e6)] = 0.05
+    rigidity: Annotated[float, within(0, 1e6)] = 0.05
+    damping: Annotated[float, within(0.55, 1e6)] = 0.7
+    reach: Annotated[tuple[float, float], _falling] = (20.0, 3.0)
+    steps: Annotated[int, from_to(1, 10_000)] = 60
+    __post_init__ = checked
 
     @property
     def reaches(self) -> Float[np.ndarray, " steps"]:

@@ -13,6 +13,7 @@ fitted to heads, rendered ones (`data_synth.coloured.head`) and one in a film of
 """
 
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Float, UInt8
@@ -23,8 +24,17 @@ from robot_perception.appearance.affine_snake import area
 from robot_perception.appearance.colour_histograms import histogram, shares
 from robot_perception.appearance.colour_spaces import Binning, picture
 from robot_perception.appearance.segmentation import filled
+from robot_perception.fields import Positive, Share, at_least, checked
 
 Image = UInt8[np.ndarray, "height width 3"]
+
+
+def _rim(name: str, value: tuple[float, float]) -> tuple[float, float]:
+    """Return two sizes that rise from 1 or more."""
+    low, high = checks.array(name, value, (2,)).tolist()
+    if not 1 <= low < high:
+        raise ValueError(f"{name} must rise from 1 or more, got {value}")
+    return low, high
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,30 +51,23 @@ class CertaintyRules:
         Weights of the logistic function.
     least
         Certainty below which what is followed counts as lost.
-
-    Raises
-    ------
-    ValueError
-        If the rim does not rise from 1, another number is out of its range, or not finite.
     """
 
     binning: Binning = field(default_factory=lambda: Binning("opponent", (16, 16, 8)))
-    rim: tuple[float, float] = (1.15, 1.6)
+    rim: Annotated[tuple[float, float], _rim] = (1.15, 1.6)
     bias: float = -4.7
     match: float = 8.2
     apart: float = 6.2
     growth: float = -3.2
-    least: float = 0.3
+    least: Share = 0.3
+    __post_init__ = checked
 
-    def __post_init__(self) -> None:
-        checks.instance("binning", self.binning, Binning)
-        low, high = checks.vector("rim", self.rim, 2).tolist()
-        if not 1 <= low < high:
-            raise ValueError(f"rim must rise from 1 or more, got {self.rim}")
-        object.__setattr__(self, "rim", (low, high))
-        for name in ("bias", "match", "apart", "growth"):
-            object.__setattr__(self, name, checks.number(name, getattr(self, name)))
-        object.__setattr__(self, "least", checks.share("least", self.least))
+
+def _as_shares(name: str, halves: Float[np.ndarray, "4 bins"]) -> Float[np.ndarray, "4 bins"]:
+    """Return histograms that are each divided by their sum."""
+    if not halves.any(axis=1).all():
+        raise ValueError(f"{name} must each hold a pixel, got an empty histogram")
+    return np.array([shares(half) for half in halves])
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -81,16 +84,12 @@ class Original:
     Raises
     ------
     ValueError
-        If a share is negative, all of a half are none, or the area is not positive.
+        If a half has no colour.
     """
 
-    halves: Float[np.ndarray, "4 bins"]
-    area: float
-
-    def __post_init__(self) -> None:
-        halves = checks.array("halves", self.halves, (4, "bins"))
-        object.__setattr__(self, "halves", np.array([shares(half) for half in halves]))
-        object.__setattr__(self, "area", checks.positive("area", self.area))
+    halves: Annotated[Float[np.ndarray, "4 bins"], at_least(0), _as_shares]
+    area: Positive
+    __post_init__ = checked
 
 
 @dataclass(frozen=True, slots=True)

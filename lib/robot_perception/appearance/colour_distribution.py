@@ -12,12 +12,13 @@ none, :math:`R(\theta, \phi) = R_3(\theta) R_2(-\phi)`, our choice.
 """
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from jaxtyping import Float
 
 from robot_perception import checks
+from robot_perception.fields import at_least, checked
 
 __all__ = ["SIZE", "ColourDistribution", "Dynamics", "describe", "learn", "turn", "warp"]
 
@@ -32,6 +33,21 @@ Colours = Float[np.ndarray, "n 3"]
 States = Float[np.ndarray, "*batch 8"]
 
 
+def _turned(name: str, axes: Float[np.ndarray, "*batch 3 3"]) -> Float[np.ndarray, "*batch 3 3"]:
+    """Return axes that are a rotation."""
+    off = np.abs(axes.mT @ axes - np.eye(3)).max(initial=0.0)
+    if off > 1e-9 or (np.linalg.det(axes) < 0).any():
+        raise ValueError(f"{name} must be a rotation, got one that is off by {off:.3g}")
+    return axes
+
+
+def _of_one_or_two(name: str, A: Float[np.ndarray, "8 n"]) -> Float[np.ndarray, "8 n"]:
+    """Return a matrix that goes on from the last state or from the last two."""
+    if A.shape[1] not in (SIZE, 2 * SIZE):
+        raise ValueError(f"{name} must be (8, 8) or (8, 16), got {A.shape}")
+    return A
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class ColourDistribution:
     r"""A distribution of colours, or a batch of them.
@@ -41,7 +57,7 @@ class ColourDistribution:
     mean : (…, 3)
         m, in the units of the colour space.
     lengths : (…, 3)
-        :math:`\lambda`, standard deviations along the axes, none negative.
+        :math:`\lambda`, standard deviations along the axes.
     axes : (…, 3, 3)
         Principal axes in columns, a rotation.
     angles : (…, 2)
@@ -50,25 +66,20 @@ class ColourDistribution:
     Raises
     ------
     ValueError
-        If shapes disagree, a number is not finite, a length is negative, or the axes are no
-        rotation.
+        If leading axes differ, or the axes are no rotation.
     """
 
     mean: Float[np.ndarray, "*batch 3"]
-    lengths: Float[np.ndarray, "*batch 3"]
-    axes: Float[np.ndarray, "*batch 3 3"]
+    lengths: Annotated[Float[np.ndarray, "*batch 3"], at_least(0)]
+    axes: Annotated[Float[np.ndarray, "*batch 3 3"], _turned]
     angles: Float[np.ndarray, "*batch 2"]
 
     def __post_init__(self) -> None:
-        mean = checks.array("mean", self.mean, (..., 3))
-        beside = f"mean {mean.shape}"
-        lengths = checks.array("lengths", self.lengths, mean.shape, beside)
-        if (lengths < 0).any():
-            raise ValueError(f"lengths must not be negative, got {lengths.min():g}")
-        axes = _rotation("axes", self.axes, (*mean.shape, 3), beside)
-        angles = checks.array("angles", self.angles, (*mean.shape[:-1], 2), beside)
-        for name, value in zip(self.__slots__, (mean, lengths, axes, angles), strict=True):
-            object.__setattr__(self, name, value)
+        checked(self)
+        *batch, _ = self.mean.shape
+        for name, size in (("lengths", (3,)), ("axes", (3, 3)), ("angles", (2,))):
+            beside = f"mean {self.mean.shape}"
+            checks.shaped(name, getattr(self, name), (*batch, *size), beside)
 
     @classmethod
     def of(cls, states: States, axes: Float[np.ndarray, "3 3"]) -> "ColourDistribution":
@@ -215,27 +226,15 @@ class Dynamics:
     B : (8, 8)
         How the noise comes in; :math:`B B^\top` is its covariance.
 
-    Raises
-    ------
-    ValueError
-        If shapes disagree or a number is not finite.
-
     References
     ----------
     Andrade-Cetto, "Perception issues in mobile robotics", section 3.3, probabilistic propagation.
     """
 
-    A: Float[np.ndarray, "8 n"]
+    A: Annotated[Float[np.ndarray, "8 n"], _of_one_or_two]
     b: Float[np.ndarray, "8"]
     B: Float[np.ndarray, "8 8"]
-
-    def __post_init__(self) -> None:
-        A = checks.array("A", self.A, (SIZE, "n"))
-        if A.shape[1] not in (SIZE, 2 * SIZE):
-            raise ValueError(f"A must be (8, 8) or (8, 16), got {A.shape}")
-        object.__setattr__(self, "A", A)
-        object.__setattr__(self, "b", checks.array("b", self.b, (SIZE,)))
-        object.__setattr__(self, "B", checks.array("B", self.B, (SIZE, SIZE)))
+    __post_init__ = checked
 
     @property
     def order(self) -> int:
@@ -333,8 +332,4 @@ def _colours(value: Any) -> Colours:
 
 
 def _rotation(name: str, value: Any, shape: tuple, beside: str = "") -> np.ndarray:
-    axes = checks.array(name, value, shape, beside)
-    off = np.abs(axes.mT @ axes - np.eye(3)).max(initial=0.0)
-    if off > 1e-9 or (np.linalg.det(axes) < 0).any():
-        raise ValueError(f"{name} must be a rotation, got one that is off by {off:.3g}")
-    return axes
+    return _turned(name, checks.array(name, value, shape, beside))

@@ -38,7 +38,7 @@ from robot_perception.appearance.colour_distribution import ColourDistribution, 
 from robot_perception.appearance.colour_spaces import Binning, picture
 from robot_perception.appearance.segmentation import Blob, blob, clean, dilate, filled, segment
 from robot_perception.beliefs import ParticleSet
-from robot_perception.fields import checked, from_to
+from robot_perception.fields import Level, Positive, checked, from_to, odd, within
 from robot_perception.particles import condensation
 
 __all__ = [
@@ -57,6 +57,14 @@ THINNEST = 0.05
 """Smallest spread of an outline over its largest below which it is none."""
 BINNING = Binning("opponent", (64, 64, 16))
 SNAKE = SnakeRules(reach=(8.0, 3.0))
+
+
+def _weights(name: str, value: tuple[float, float, float]) -> tuple[float, float, float]:
+    """Return three weights, one of them positive at least."""
+    a, b, c = checks.array(name, value, (3,)).tolist()
+    if min(a, b, c) < 0 or not 0 < a + b + c <= 1e3:
+        raise ValueError(f"{name} must not be negative, nor all 0, got {(a, b, c)}")
+    return a, b, c
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,66 +110,28 @@ class ColourShapeRules:
         Stiffness and motion of the snakes.
     worst
         :math:`\rho` of the best sample above which the object is lost.
-
-    Raises
-    ------
-    TypeError
-        If an argument is of another type.
-    ValueError
-        If a number is out of its range.
     """
 
-    samples: int = 50
+    samples: Annotated[int, from_to(1, 10**5)] = 50
     binning: Binning = BINNING
-    importance: tuple[float, float, float] = (0.5, 0.4, 0.1)
-    sigma: float = 0.1
-    momentum: float = 0.0
-    noise: float = 1.0
+    importance: Annotated[tuple[float, float, float], _weights] = (0.5, 0.4, 0.1)
+    sigma: Annotated[float, within(1e-6, checks.LARGEST)] = 0.1
+    momentum: Annotated[float, within(0, 1e3)] = 0.0
+    noise: Annotated[float, within(0, 1e3)] = 1.0
     printed_area: bool = False
     affine: bool = True
     shape: bool = True
     refresh: bool = True
-    colours: int = 500
-    inset: int = 2
-    points: int = 80
-    opening: int = 5
-    closing: int = 5
-    band: int = 4
-    strength: float = 0.2
+    colours: Annotated[int, from_to(1, 10**5)] = 500
+    inset: Annotated[int, from_to(0, 50)] = 2
+    points: Annotated[int, from_to(6, 1000)] = 80
+    opening: Annotated[int, odd(1, 99)] = 5
+    closing: Annotated[int, odd(1, 99)] = 5
+    band: Annotated[int, from_to(1, 100)] = 4
+    strength: Level = 0.2
     snake: SnakeRules = SNAKE
-    worst: float = 0.45
-
-    def __post_init__(self) -> None:
-        for name, least, most in (
-            ("samples", 1, 10**5),
-            ("colours", 1, 10**5),
-            ("inset", 0, 50),
-            ("points", 6, 1000),
-            ("opening", 1, 99),
-            ("closing", 1, 99),
-            ("band", 1, 100),
-        ):
-            object.__setattr__(self, name, checks.whole(name, getattr(self, name), least, most))
-        for name in ("opening", "closing"):
-            if getattr(self, name) % 2 == 0:
-                raise ValueError(f"{name} must be odd, got {getattr(self, name)}")
-        for name in ("sigma", "worst"):
-            object.__setattr__(self, name, checks.positive(name, getattr(self, name)))
-        if self.sigma < 1e-6:
-            raise ValueError(f"sigma must be at least 1e-6, got {self.sigma:g}")
-        for name in ("noise", "momentum"):
-            object.__setattr__(self, name, checks.not_negative(name, getattr(self, name)))
-            if getattr(self, name) > 1e3:
-                raise ValueError(f"{name} must be at most 1000, got {getattr(self, name):g}")
-        object.__setattr__(self, "strength", checks.level("strength", self.strength))
-        for name in ("printed_area", "affine", "shape", "refresh"):
-            object.__setattr__(self, name, checks.flag(name, getattr(self, name)))
-        importance = tuple(checks.vector("importance", self.importance, 3).tolist())
-        if min(importance) < 0 or not 0 < sum(importance) <= 1e3:
-            raise ValueError(f"importance must not be negative, nor all 0, got {importance}")
-        object.__setattr__(self, "importance", importance)
-        checks.instance("binning", self.binning, Binning)
-        checks.instance("snake", self.snake, SnakeRules)
+    worst: Positive = 0.45
+    __post_init__ = checked
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -251,19 +221,11 @@ class ColourShapeTracker:
         How the colours move from frame to frame.
     rules
         How colours and shape are tracked.
-
-    Raises
-    ------
-    TypeError
-        If an argument is of another type.
     """
 
     dynamics: Dynamics
     rules: ColourShapeRules = field(default_factory=ColourShapeRules)
-
-    def __post_init__(self) -> None:
-        checks.instance("dynamics", self.dynamics, Dynamics)
-        checks.instance("rules", self.rules, ColourShapeRules)
+    __post_init__ = checked
 
     def start(
         self, image: Image, outline: Outline, *, rng: np.random.Generator

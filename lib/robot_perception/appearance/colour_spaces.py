@@ -7,19 +7,30 @@ a coordinate c among b is :math:`\min(\lfloor b c \rfloor, b - 1)`, so that ever
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import no_type_check
+from typing import Annotated, no_type_check
 
 import numpy as np
 from jaxtyping import Float, Int32, UInt8
 
 from robot_perception import checks
+from robot_perception.fields import checked, one_of
 from robot_perception.kernels import kernel
 
 __all__ = ["SPACES", "Binning", "ColourSpace"]
 
+NAMES = ("RGB", "normalised rgb", "HSI", "opponent")
+"""Names of the spaces, in the order in which the kernels number them."""
 ROUNDING = 1e-9
 """Rounding error allowed at the edge of a bin: colours of bytes that do not reach an edge
 stay a thousandth of a bin away from it."""
+
+
+def _bins(name: str, value: tuple[int, int, int]) -> tuple[int, int, int]:
+    """Return three numbers from 1 to 256."""
+    found = checks.integers(name, value, (3,), 1).tolist()
+    if max(found) > 256:
+        raise ValueError(f"{name} must be from 1 to 256, got {tuple(found)}")
+    return tuple(found)
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,20 +54,13 @@ class ColourSpace:
     name
         One of `SPACES`.
     bins
-        How many bins along each coordinate a histogram has unless told otherwise; our choice.
-
-    Raises
-    ------
-    ValueError
-        If the name is another, or a number of bins is not from 1 to 256.
+        How many bins along each coordinate a histogram has unless told otherwise, 256 at most; our
+        choice.
     """
 
-    name: str
-    bins: tuple[int, int, int] = (16, 16, 16)
-
-    def __post_init__(self) -> None:
-        checks.one_of("name", self.name, NAMES)
-        object.__setattr__(self, "bins", _bins(self.bins))
+    name: Annotated[str, one_of(*NAMES)]
+    bins: Annotated[tuple[int, int, int], _bins] = (16, 16, 16)
+    __post_init__ = checked
 
     def coordinates(self, colours: UInt8[np.ndarray, "... 3"]) -> Float[np.ndarray, "... 3"]:
         """Return the coordinates of colours in the space, from 0 to 1.
@@ -79,8 +83,14 @@ class ColourSpace:
         return found
 
 
-NAMES = ("RGB", "normalised rgb", "HSI", "opponent")
 """Names of the spaces, in the order in which the kernels number them."""
+
+
+def _space(name: str, value: ColourSpace | str) -> ColourSpace:
+    """Return a space of colours, which may be named."""
+    if isinstance(value, ColourSpace):
+        return value
+    return SPACES[checks.one_of(name, value, NAMES, more=" or a ColourSpace")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,23 +102,16 @@ class Binning:
     space
         One of `SPACES`, or its name.
     bins
-        Along the three coordinates; those of the space if not given.
-
-    Raises
-    ------
-    ValueError
-        If there is no such space, or a number of bins is not from 1 to 256.
+        Along the three coordinates, 256 at most; those of the space if not given.
     """
 
-    space: ColourSpace | str = "opponent"
-    bins: tuple[int, int, int] | None = None
+    space: Annotated[ColourSpace | str, _space] = "opponent"
+    bins: Annotated[tuple[int, int, int], _bins] | None = None
 
     def __post_init__(self) -> None:
-        space = self.space
-        if not isinstance(space, ColourSpace):
-            space = SPACES[checks.one_of("space", space, NAMES, more=" or a ColourSpace")]
-        object.__setattr__(self, "space", space)
-        object.__setattr__(self, "bins", space.bins if self.bins is None else _bins(self.bins))
+        checked(self)
+        if self.bins is None:
+            object.__setattr__(self, "bins", self.space.bins)
 
     @property
     def count(self) -> int:
@@ -187,14 +190,6 @@ def pixels(name: str, colours: np.ndarray, shape: tuple) -> np.ndarray:
         raise TypeError(f"{name} must be an array of bytes (uint8), got {kind}")
     checks.shaped(name, colours, shape)
     return np.ascontiguousarray(colours)
-
-
-def _bins(bins: tuple[int, int, int]) -> tuple[int, int, int]:
-    """Return checked numbers of bins."""
-    found = checks.integers("bins", bins, (3,), 1).tolist()
-    if max(found) > 256:
-        raise ValueError(f"bins must be from 1 to 256, got {tuple(found)}")
-    return tuple(found)
 
 
 SPACES: Mapping[str, ColourSpace] = MappingProxyType(

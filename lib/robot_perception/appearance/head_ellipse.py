@@ -12,7 +12,7 @@ Issues in Mobile Robotics", section 3.2.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import no_type_check
+from typing import Annotated, no_type_check
 
 import numpy as np
 from jaxtyping import Bool, Float, Int, Int64, UInt8
@@ -20,6 +20,7 @@ from jaxtyping import Bool, Float, Int, Int64, UInt8
 from robot_perception import checks
 from robot_perception.appearance.colour_histograms import adapt, shares
 from robot_perception.appearance.colour_spaces import Binning, picture
+from robot_perception.fields import Share, checked, from_to, one_of, wholes
 from robot_perception.kernels import kernel
 
 __all__ = [
@@ -51,26 +52,16 @@ class Ellipse:
     half_width
         w, px, up to 200.
 
-    Raises
-    ------
-    ValueError
-        If a number is not whole or the half width is not from 1 to 200.
-
     References
     ----------
     Birchfield, "Elliptical head tracking using intensity gradients and color histograms", CVPR
     1998: a vertical ellipse with the fixed aspect ratio of 1.2.
     """
 
-    u: int
-    v: int
-    half_width: int
-
-    def __post_init__(self) -> None:
-        for name in ("u", "v"):
-            object.__setattr__(self, name, checks.whole(name, getattr(self, name), -(10**6), 10**6))
-        half_width = checks.whole("half_width", self.half_width, 1, WIDEST)
-        object.__setattr__(self, "half_width", half_width)
+    u: Annotated[int, from_to(-(10**6), 10**6)]
+    v: Annotated[int, from_to(-(10**6), 10**6)]
+    half_width: Annotated[int, from_to(1, WIDEST)]
+    __post_init__ = checked
 
     @property
     def half_height(self) -> float:
@@ -137,31 +128,45 @@ class HeadRules:
     Raises
     ------
     ValueError
-        If a number is out of its range.
+        If ``widest`` is below the radius, or ``most`` below ``least``.
     """
 
-    radius: int = 8
-    growth: int = 1
-    measure: str = "printed"
-    size: str = "excess"
-    rate: float = 0.02
-    gate: float = 0.6
-    floor: float = 0.45
-    gives_up: float = 0.0
-    again: float = 0.6
-    widest: int = 64
-    least: int = 5
-    most: int = 100
+    radius: Annotated[int, from_to(0, 512)] = 8
+    growth: Annotated[int, from_to(0, 32)] = 1
+    measure: Annotated[str, one_of("printed", "shares")] = "printed"
+    size: Annotated[str, one_of("excess", "score")] = "excess"
+    rate: Share = 0.02
+    gate: Share = 0.6
+    floor: Share = 0.45
+    gives_up: Share = 0.0
+    again: Share = 0.6
+    widest: Annotated[int, from_to(0, 512)] = 64
+    least: Annotated[int, from_to(1, WIDEST)] = 5
+    most: Annotated[int, from_to(1, WIDEST)] = 100
 
     def __post_init__(self) -> None:
-        for name, low, high in (("radius", 0, 512), ("growth", 0, 32), ("least", 1, WIDEST)):
-            object.__setattr__(self, name, checks.whole(name, getattr(self, name), low, high))
-        object.__setattr__(self, "widest", checks.whole("widest", self.widest, self.radius, 512))
-        object.__setattr__(self, "most", checks.whole("most", self.most, self.least, WIDEST))
-        checks.one_of("measure", self.measure, ("printed", "shares"))
-        checks.one_of("size", self.size, ("excess", "score"))
-        for name in ("rate", "gate", "floor", "gives_up", "again"):
-            object.__setattr__(self, name, checks.share(name, getattr(self, name)))
+        checked(self)
+        checks.whole("widest", self.widest, self.radius, 512)
+        checks.whole("most", self.most, self.least, WIDEST)
+
+
+def _histogram(name: str, model: Float[np.ndarray, " bins"]) -> Float[np.ndarray, " bins"]:
+    """Return a histogram that is not empty."""
+    model = checks.array(name, model, ("bins",))
+    if not (model >= 0).all():
+        raise ValueError(f"{name} must not be negative, got {model.min():g}")
+    if not model.any():
+        raise ValueError(f"{name} must hold a pixel, got an empty histogram")
+    return model
+
+
+def _velocity(name: str, value: tuple[int, int]) -> tuple[int, int]:
+    """Return by how much a head may move from image to image, px."""
+    velocity = checks.integers(name, value, (2,))
+    if np.abs(velocity).max() > 10**6:
+        raise ValueError(f"{name} must be of pixels in an image, got {tuple(velocity)}")
+    u, v = velocity.tolist()
+    return u, v
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -184,26 +189,15 @@ class HeadState:
     Raises
     ------
     ValueError
-        If the model is empty or a number is out of its range.
+        If the model is negative somewhere or empty.
     """
 
     ellipse: Ellipse
-    model: Float[np.ndarray, " bins"]
-    velocity: tuple[int, int] = (0, 0)
-    lost: int = 0
-    size: tuple[int, int] | None = None
-
-    def __post_init__(self) -> None:
-        checks.instance("ellipse", self.ellipse, Ellipse)
-        object.__setattr__(self, "model", _model(self.model))
-        velocity = checks.integers("velocity", self.velocity, (2,))
-        if np.abs(velocity).max() > 10**6:
-            raise ValueError(f"velocity must be of pixels in an image, got {tuple(velocity)}")
-        object.__setattr__(self, "velocity", tuple(velocity.tolist()))
-        object.__setattr__(self, "lost", checks.whole("lost", self.lost, 0))
-        if self.size is not None:
-            size = tuple(checks.integers("size", self.size, (2,), 1).tolist())
-            object.__setattr__(self, "size", size)
+    model: Annotated[Float[np.ndarray, " bins"], _histogram]
+    velocity: Annotated[tuple[int, int], _velocity] = (0, 0)
+    lost: Annotated[int, from_to(0)] = 0
+    size: Annotated[tuple[int, int], wholes(2, 1)] | None = None
+    __post_init__ = checked
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -256,10 +250,7 @@ class HeadTracker:
 
     binning: Binning = field(default_factory=Binning)
     rules: HeadRules = field(default_factory=HeadRules)
-
-    def __post_init__(self) -> None:
-        checks.instance("binning", self.binning, Binning)
-        checks.instance("rules", self.rules, HeadRules)
+    __post_init__ = checked
 
     def colours(
         self, image: UInt8[np.ndarray, "height width 3"], ellipse: Ellipse
@@ -423,7 +414,7 @@ def candidate_scores(
     if not isinstance(index, np.ndarray) or index.dtype.kind not in "iu":
         raise TypeError(f"index must be an array of integers, got {checks.shown(index)}")
     checks.shaped("index", index, ("height", "width"))
-    model = _model(model)
+    model = _histogram("model", model)
     if index.size and not (index.min() >= 0 and index.max() < len(model)):
         raise ValueError(f"index must be of {len(model)} bins, got {index.min()} to {index.max()}")
     centre = tuple(checks.integers("centre", centre, (2,)).tolist())
@@ -436,16 +427,6 @@ def candidate_scores(
     by_share = checks.one_of("measure", measure, ("printed", "shares")) == "shares"
     count = _slide if checks.flag("incremental", incremental) else _count_each
     return _scores(index, centre, radius, widths, model, by_share, count)
-
-
-def _model(model: np.ndarray) -> np.ndarray:
-    """Return a histogram that is not empty."""
-    model = checks.array("model", model, ("bins",))
-    if not (model >= 0).all():
-        raise ValueError(f"model must not be negative, got {model.min():g}")
-    if not model.any():
-        raise ValueError("model must hold a pixel, got an empty histogram")
-    return model
 
 
 def _scores(index, centre, radius, widths, model, by_share, count) -> np.ndarray:

@@ -19,7 +19,7 @@ from robot_perception.appearance.colour_shape import SMALLEST, ColourShapeRules,
 from robot_perception.appearance.colour_spaces import Binning, picture
 from robot_perception.appearance.segmentation import blob, clean, dilate, filled, segment
 from robot_perception.extras import needing
-from robot_perception.fields import checked, from_to
+from robot_perception.fields import Share, checked, from_to
 
 with needing():
     import cv2
@@ -80,19 +80,11 @@ class ColourTracker:
         Histogram, segmentation, points.
     adapt
         Whether the colours of the piece that was found replace those before, whatever it is.
-
-    Raises
-    ------
-    TypeError
-        If an argument is of another type.
     """
 
     rules: ColourShapeRules = field(default_factory=ColourShapeRules)
     adapt: bool = False
-
-    def __post_init__(self) -> None:
-        checks.instance("rules", self.rules, ColourShapeRules)
-        object.__setattr__(self, "adapt", checks.flag("adapt", self.adapt))
+    __post_init__ = checked
 
     def start(self, image: Image, outline: Outline) -> CueState:
         """Return the state of an object whose outline is known.
@@ -169,8 +161,6 @@ class EdgeTracker:
 
     Raises
     ------
-    TypeError
-        If the rules are of another type.
     ValueError
         If the snake's reach is more than 200 px.
     """
@@ -178,7 +168,7 @@ class EdgeTracker:
     rules: ColourShapeRules = field(default_factory=ColourShapeRules)
 
     def __post_init__(self) -> None:
-        checks.instance("rules", self.rules, ColourShapeRules)
+        checked(self)
         if self.rules.snake.reach[0] > FURTHEST:
             raise ValueError(
                 f"reach must be at most {FURTHEST} px, got {self.rules.snake.reach[0]:g}"
@@ -264,13 +254,6 @@ class WindowTracker:
         Whether a colour counts by how much more of it the model has than what lies around, instead
         of by its share of the model.
 
-    Raises
-    ------
-    TypeError
-        If an argument is of another type.
-    ValueError
-        If the rate is not from 0 to 1.
-
     References
     ----------
     Comaniciu, Ramesh and Meer, "Kernel-based object tracking", PAMI 25(5), 2003, whose window has a
@@ -280,14 +263,9 @@ class WindowTracker:
 
     binning: Binning = field(default_factory=Binning)
     rigid: bool = False
-    rate: float = 0.0
+    rate: Share = 0.0
     contrast: bool = False
-
-    def __post_init__(self) -> None:
-        checks.instance("binning", self.binning, Binning)
-        for name in ("rigid", "contrast"):
-            object.__setattr__(self, name, checks.flag(name, getattr(self, name)))
-        object.__setattr__(self, "rate", checks.share("rate", self.rate))
+    __post_init__ = checked
 
     def start(self, image: Image, outline: Outline) -> CueState:
         """Return the state of an object whose outline is known.

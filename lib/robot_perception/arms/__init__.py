@@ -16,7 +16,9 @@ __getattr__, __dir__, __all__ = door(
             "PatchCue",
             "StabiliserCue",
         ),
+        "printed": ("SumCue",),
         "tracker": ("BOUNDS", "CUES", "FILTERS", "ArmRules", "ArmTracker", "find_face"),
+        "watching": ("ArmWatch",),
     },
     import_module,
 )

@@ -24,14 +24,16 @@ form of the silhouette is that of a cone's generators whose tangent planes pass 
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, final, no_type_check
+from typing import Annotated, Any, final, no_type_check
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from robot_perception import checks
 from robot_perception.cameras import Pinhole
+from robot_perception.fields import at_least, checked, copied
 from robot_perception.kernels import kernel
 
 __all__ = [
@@ -57,10 +59,73 @@ _SLACK = 0.01
 """A point is hidden by what lies nearer by more than that, m: limbs touch at their joints."""
 
 
+def _size(name: str, value: Any) -> float:
+    """Return a size of a body, from a millimetre to ten metres."""
+    found = checks.number(name, value)
+    _check_sizes(name, np.array([found]))
+    return found
+
+
+def _sizes(count: int) -> Callable[[str, Any], tuple[float, ...]]:
+    """Return the check of so many sizes of a body."""
+
+    def check(name: str, value: Any) -> tuple[float, ...]:
+        found = checks.vector(name, value, count)
+        _check_sizes(name, found)
+        return tuple(found.tolist())
+
+    return check
+
+
+def _check_sizes(name: str, found: np.ndarray) -> None:
+    if not (found.min() >= 1e-3 and found.max() <= 10):
+        raise ValueError(f"{name} must be positive, from 0.001 to 10 m, got {found.tolist()}")
+
+
+def _counts(size: int) -> Callable[[str, Any], tuple[int, ...]]:
+    """Return the check of so many numbers of points, up to 1000 each."""
+
+    def check(name: str, value: Any) -> tuple[int, ...]:
+        found = checks.integers(name, value, (size,), 1)
+        if found.max() > 1000:
+            raise ValueError(f"{name} must be at most 1000, got {found.max()}")
+        return tuple(found.tolist())
+
+    return check
+
+
+def _known_limbs(name: str, value: np.ndarray) -> np.ndarray:
+    """Return indices of `LIMBS`, one at least."""
+    if not value.size or value.max() >= len(LIMBS):
+        raise ValueError(f"{name} must be one at least, each below 6, got {value.tolist()}")
+    return value
+
+
+def _rising(name: str, value: np.ndarray) -> np.ndarray:
+    """Return pairs whose second number is the larger."""
+    if not (value[:, 1] > value[:, 0]).all():
+        raise ValueError(f"{name} must rise, got {value.tolist()}")
+    return value
+
+
+def _rising_shares(name: str, value: np.ndarray) -> np.ndarray:
+    """Return pairs of shares whose second is the larger."""
+    if not (value[:, 1] > value[:, 0]).all() or value.min() < 0 or value.max() > 1:
+        raise ValueError(f"{name} must rise within 0 and 1, got {checks.shown(value.tolist())}")
+    return value
+
+
+def _wide(name: str, value: np.ndarray) -> np.ndarray:
+    """Return middles and half widths, these positive."""
+    if not value[:, 1].min() > 0:
+        raise ValueError(f"{name} must have a positive half width, got {value[:, 1].min():g}")
+    return value
+
+
 @final
 @dataclass(frozen=True, slots=True)
 class Measures:
-    """Sizes of a body, m; all ours.
+    """Sizes of a body, each from a millimetre to ten metres, m; all ours.
 
     Parameters
     ----------
@@ -78,30 +143,16 @@ class Measures:
         Half width and half depth of the trunk, an elliptic cylinder.
     head
         Radius of the head.
-
-    Raises
-    ------
-    ValueError
-        If one is not from a millimetre to ten metres, or there is another number of them.
     """
 
-    lengths: tuple[float, float, float] = (0.29, 0.25, 0.13)
-    radii: tuple[float, float, float, float] = (0.052, 0.045, 0.034, 0.026)
-    apart: float = 0.37
-    drop: float = 0.25
-    face: float = 0.177
-    trunk: tuple[float, float] = (0.17, 0.11)
-    head: float = 0.10
-
-    def __post_init__(self) -> None:
-        for name, size in (("lengths", 3), ("radii", 4), ("trunk", 2)):
-            found = checks.vector(name, getattr(self, name), size)
-            _sized(name, found)
-            object.__setattr__(self, name, tuple(found.tolist()))
-        for name in ("apart", "drop", "face", "head"):
-            found = checks.number(name, getattr(self, name))
-            _sized(name, np.array([found]))
-            object.__setattr__(self, name, found)
+    lengths: Annotated[tuple[float, float, float], _sizes(3)] = (0.29, 0.25, 0.13)
+    radii: Annotated[tuple[float, float, float, float], _sizes(4)] = (0.052, 0.045, 0.034, 0.026)
+    apart: Annotated[float, _size] = 0.37
+    drop: Annotated[float, _size] = 0.25
+    face: Annotated[float, _size] = 0.177
+    trunk: Annotated[tuple[float, float], _sizes(2)] = (0.17, 0.11)
+    head: Annotated[float, _size] = 0.10
+    __post_init__ = checked
 
 
 @final
@@ -114,32 +165,15 @@ class Patches:
     limbs : (p,)
         On which of `LIMBS` each lies.
     along : (p, 2)
-        From where to where along the limb, as shares of its length.
+        From where to where along the limb, as shares of its length that rise.
     around : (p, 2)
         Middle and half width around it, rad; 0 is the side to which the elbow bends.
-
-    Raises
-    ------
-    ValueError
-        If there is no patch, a limb is unknown, or a patch has no size.
     """
 
-    limbs: Int[np.ndarray, " p"]
-    along: Float[np.ndarray, "p 2"]
-    around: Float[np.ndarray, "p 2"]
-
-    def __post_init__(self) -> None:
-        limbs = checks.integers("limbs", self.limbs, ("p",), 0)
-        if not limbs.size or limbs.max() >= len(LIMBS):
-            raise ValueError(f"limbs must be one at least, each below 6, got {limbs.tolist()}")
-        along = checks.array("along", self.along, (len(limbs), 2))
-        around = checks.array("around", self.around, (len(limbs), 2))
-        if not (along[:, 1] > along[:, 0]).all() or along.min() < 0 or along.max() > 1:
-            raise ValueError("along must rise within 0 and 1")
-        if not around[:, 1].min() > 0:
-            raise ValueError("around must have a positive half width")
-        for name, value in (("limbs", limbs), ("along", along), ("around", around)):
-            object.__setattr__(self, name, value)
+    limbs: Annotated[Int[np.ndarray, " p"], at_least(0), _known_limbs]
+    along: Annotated[Float[np.ndarray, "p 2"], _rising_shares]
+    around: Annotated[Float[np.ndarray, "p 2"], _wide]
+    __post_init__ = checked
 
     def __len__(self) -> int:
         return len(self.limbs)
@@ -227,33 +261,25 @@ class BodyModel:
     Raises
     ------
     ValueError
-        If the body is not before the camera, the camera's lens distorts, limits do not rise, or a
-        count is below 1.
+        If the body is not before the camera or the camera's lens distorts.
     """
 
     camera: Pinhole
-    middle: Float[np.ndarray, " 3"]
+    middle: Annotated[Float[np.ndarray, " 3"], copied]
     measures: Measures = field(default_factory=Measures)
-    limits: Float[np.ndarray, "4 2"] = field(
+    limits: Annotated[Float[np.ndarray, "4 2"], _rising] = field(
         default_factory=lambda: np.array([[-0.2, 2.6], [-0.4, 1.5], [-0.4, 3.0], [0.0, 2.5]])
     )
-    counts: tuple[int, int, int] = (8, 7, 4)
-    grid: tuple[int, int] = (6, 10)
+    counts: Annotated[tuple[int, int, int], _counts(3)] = (8, 7, 4)
+    grid: Annotated[tuple[int, int], _counts(2)] = (6, 10)
 
     def __post_init__(self) -> None:
-        if checks.instance("camera", self.camera, Pinhole).distortion:
+        checked(self)
+        if self.camera.distortion:
             raise ValueError("camera must have no distortion; undistort the pictures first")
-        measures = checks.instance("measures", self.measures, Measures)
-        middle = checks.moderate("middle", checks.vector("middle", self.middle, 3), 1e6)
-        if not middle[2] > sum(measures.lengths) + measures.radii[0]:
-            raise ValueError(f"middle must be farther away than an arm is long, got {middle[2]:g}")
-        limits = checks.array("limits", self.limits, (4, 2))
-        if not (limits[:, 1] > limits[:, 0]).all():
-            raise ValueError(f"limits must rise, got {limits.tolist()}")
-        object.__setattr__(self, "middle", middle)
-        object.__setattr__(self, "limits", limits)
-        object.__setattr__(self, "counts", _wholes("counts", self.counts, 3))
-        object.__setattr__(self, "grid", _wholes("grid", self.grid, 2))
+        away = checks.moderate("middle", self.middle, 1e6)[2]
+        if not away > sum(self.measures.lengths) + self.measures.radii[0]:
+            raise ValueError(f"middle must be farther away than an arm is long, got {away:g}")
 
     @classmethod
     def from_face(
@@ -381,9 +407,7 @@ class BodyModel:
             Along upper arm, forearm and hand; by default the paper's three patches an arm, at
             places of ours.
         """
-        spans = checks.array("spans", spans, (3, 2))
-        if not (spans[:, 1] > spans[:, 0]).all() or spans.min() < 0 or spans.max() > 1:
-            raise ValueError("spans must rise within 0 and 1")
+        spans = _rising_shares("spans", checks.array("spans", spans, (3, 2)))
         state = _states(checks.vector("state", state, 8)[None])
         ends, sides = np.empty((1, 2, 4, 3)), np.empty((1, 2, 2, 3))
         _skeletons(state, *self._sizes(), ends, sides)
@@ -502,19 +526,6 @@ def _states(states: Any) -> np.ndarray:
     states = checks.array("states", states, ("m", 8))
     checks.moderate("states", states, 1e3)
     return states
-
-
-def _sized(name: str, found: np.ndarray) -> None:
-    """Raise an error unless sizes are those of a body, in metres."""
-    if not (found.min() >= 1e-3 and found.max() <= 10):
-        raise ValueError(f"{name} must be positive, from 0.001 to 10 m, got {found.tolist()}")
-
-
-def _wholes(name: str, values: Any, size: int) -> tuple[int, ...]:
-    found = checks.integers(name, values, (size,), 1)
-    if found.max() > 1000:
-        raise ValueError(f"{name} must be at most 1000, got {found.max()}")
-    return tuple(found.tolist())
 
 
 @no_type_check

@@ -13,7 +13,7 @@ Robot", section V. All deviations, gains and prices are ours: the paper names no
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, final
+from typing import Annotated, Any, final
 
 import numpy as np
 from jaxtyping import Bool, Float, UInt8
@@ -29,6 +29,16 @@ from robot_perception.companion.cues import (
     patch_histograms,
 )
 from robot_perception.extras import needing
+from robot_perception.fields import (
+    OPEN,
+    NotNegative,
+    Positive,
+    Share,
+    at_least,
+    checked,
+    copied,
+    not_empty,
+)
 
 with needing():
     import cv2
@@ -65,6 +75,22 @@ CHANNELS = ("red", "green", "blue", "intensity")
 COLOUR, TEXTURE = (0, 1, 2), (3,)
 
 
+def _thresholds(name: str, value: Any) -> tuple[float, float]:
+    """Return two numbers from 0 on of which the second is no smaller."""
+    low, high = checks.vector(name, value, 2).tolist()
+    if not 0 <= low <= high:
+        raise ValueError(f"{name} must rise from 0 or more, got {low:g} and {high:g}")
+    return low, high
+
+
+def _channels(name: str, value: Any) -> tuple[int, ...]:
+    """Return which of `CHANNELS` are compared, one at least."""
+    found = checks.integers(name, value, ("k",), 0)
+    if not found.size or found.max() >= len(CHANNELS):
+        raise ValueError(f"{name} must be from 0 to 3, got {found.tolist()}")
+    return tuple(found.tolist())
+
+
 @final
 @dataclass(frozen=True, slots=True)
 class EdgeRules:
@@ -79,23 +105,12 @@ class EdgeRules:
         all others.
     moves
         Length of the optical flow from which on an edge moves, px a picture.
-
-    Raises
-    ------
-    ValueError
-        If a number is out of range.
     """
 
-    thresholds: tuple[float, float] = (15.0, 50.0)
-    most: float = 5.0
-    moves: float = 0.7
-
-    def __post_init__(self) -> None:
-        low, high = checks.vector("thresholds", self.thresholds, 2).tolist()
-        if not 0 <= low <= high:
-            raise ValueError(f"thresholds must rise from 0 or more, got {low:g} and {high:g}")
-        object.__setattr__(self, "most", checks.positive("most", self.most))
-        object.__setattr__(self, "moves", checks.positive("moves", self.moves))
+    thresholds: Annotated[tuple[float, float], _thresholds] = (15.0, 50.0)
+    most: Positive = 5.0
+    moves: Positive = 0.7
+    __post_init__ = checked
 
 
 @final
@@ -117,32 +132,19 @@ class Look:
         the two for all edges. Infinite where no edge moves, as without a picture before.
     most
         To which I_DT is cut, px.
-
-    Raises
-    ------
-    TypeError
-        If an array is of another type.
-    ValueError
-        If the arrays are not of the picture's size, or a distance is negative.
     """
 
-    image: Image
+    image: Annotated[Image, not_empty]
     grey: UInt8[np.ndarray, "height width"]
     edges: Bool[np.ndarray, "height width"]
-    static: Float[np.ndarray, "height width"]
-    moving: Float[np.ndarray, "height width"]
-    most: float
+    static: Annotated[Float[np.ndarray, "height width"], OPEN, at_least(0)]
+    moving: Annotated[Float[np.ndarray, "height width"], OPEN, at_least(0)]
+    most: Positive
 
     def __post_init__(self) -> None:
-        size = colour_picture("image", self.image).shape[:2]
-        beside = f"image {self.image.shape}"
-        checks.typed("grey", self.grey, np.uint8, size, beside)
-        checks.typed("edges", self.edges, np.bool_, size, beside)
         for name in ("static", "moving"):
-            distance = checks.typed(name, getattr(self, name), np.floating, size, beside)
-            if not distance.min() >= 0:
-                raise ValueError(f"{name} must not be negative, got {distance.min():g}")
-        object.__setattr__(self, "most", checks.positive("most", self.most))
+            checks.typed(name, getattr(self, name), np.floating)  # no list, nor a number
+        checked(self)
 
     @cached_property
     def channels(self) -> UInt8[np.ndarray, "height width 4"]:
@@ -188,16 +190,24 @@ def look(
     """
     image = colour_picture("image", image)
     rules = EdgeRules() if rules is None else checks.instance("rules", rules, EdgeRules)
+    if before is not None:
+        checks.typed("before", before, np.uint8, image.shape[:2], f"image {image.shape}")
+    return features(image, before, rules)
+
+
+def features(
+    image: Image, before: UInt8[np.ndarray, "height width"] | None, rules: EdgeRules
+) -> Look:
+    """Return the same as `look`, where pictures have been checked."""
     grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
     edges = edge_picture(grey, thresholds=rules.thresholds)
     moving = np.zeros_like(edges)
     if before is not None:
-        checks.typed("before", before, np.uint8, grey.shape, f"image {image.shape}")
         finder = cv2.DISOpticalFlow_create(cv2.DISOPTICAL_FLOW_PRESET_ULTRAFAST)
         flow = finder.calc(np.ascontiguousarray(before), grey, None)
         moving = edges & (cv2.magnitude(flow[..., 0], flow[..., 1]) > rules.moves)
     static = distance_transform(edges, most=rules.most)
-    return Look(image, grey, edges, static, distance_transform(moving), float(rules.most))
+    return Look(image, grey, edges, static, distance_transform(moving), rules.most)
 
 
 @final
@@ -216,10 +226,7 @@ class Bodies:
     model: BodyModel
     states: Float[np.ndarray, "m 8"]
     _surfaces: dict[Patches, Surface] = field(default_factory=dict, init=False, repr=False)
-
-    def __post_init__(self) -> None:
-        checks.instance("model", self.model, BodyModel)
-        self.states = checks.array("states", self.states, ("m", 8))
+    __post_init__ = checked
 
     def __len__(self) -> int:
         return len(self.states)
@@ -359,27 +366,23 @@ class EdgeCue:
     Raises
     ------
     ValueError
-        If a number is not positive, or there are a gain and a toll.
+        If there are a gain and a toll.
 
     References
     ----------
     Section V, "Shape cues" and "Motion cues".
     """
 
-    sigma: float = 0.65
-    gain: float | None = None
-    toll: float | None = None
-    price: float | None = 4.0
-    weight: float = 1.0
+    sigma: Positive = 0.65
+    gain: Positive | None = None
+    toll: Positive | None = None
+    price: Positive | None = 4.0
+    weight: NotNegative = 1.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "sigma", checks.positive("sigma", self.sigma))
-        for name in ("gain", "toll", "price"):
-            if getattr(self, name) is not None:
-                object.__setattr__(self, name, checks.positive(name, getattr(self, name)))
+        checked(self)
         if self.gain is not None and self.toll is not None:
             raise ValueError(f"gain and toll must not both be given, got {self.gain}, {self.toll}")
-        object.__setattr__(self, "weight", checks.not_negative("weight", self.weight))
 
     def distances(self, seen: Look, bodies: Bodies) -> Distances:
         """Return the distance of each point of the silhouettes, px."""
@@ -429,7 +432,7 @@ class PatchCue:
     channels
         Which of `CHANNELS` are compared: 0, 1, 2 for colour, 3 for texture.
     weights : (p,)
-        λ_p.
+        λ_p; by default 1.
     sigma
         σ_C.
     price
@@ -437,40 +440,25 @@ class PatchCue:
     least
         Share of the patch's points.
 
-    Raises
-    ------
-    ValueError
-        If the shapes disagree, a share or a weight is negative, or a channel is unknown.
-
     References
     ----------
     Section V, "Color cues" and "Implementation".
     """
 
     patches: Patches
-    reference: Float[np.ndarray, "p 4 bins"]
-    channels: tuple[int, ...] = COLOUR
-    weights: Float[np.ndarray, " p"] | None = None
-    sigma: float = 0.5
-    price: float = 0.35
-    least: float = 0.15
+    reference: Annotated[Float[np.ndarray, "p 4 bins"], at_least(0)]
+    channels: Annotated[tuple[int, ...], _channels] = COLOUR
+    weights: Annotated[Float[np.ndarray, " p"], at_least(0)] | None = None
+    sigma: Positive = 0.5
+    price: Share = 0.35
+    least: Share = 0.15
 
     def __post_init__(self) -> None:
-        count = len(checks.instance("patches", self.patches, Patches))
-        reference = checks.array("reference", self.reference, (count, len(CHANNELS), "bins"))
-        if reference.size and reference.min() < 0:
-            raise ValueError(f"reference must not be negative, got {reference.min():g}")
-        weights = np.ones(count) if self.weights is None else self.weights
-        weights = checks.array("weights", weights, (count,))
-        if weights.min() < 0:
-            raise ValueError(f"weights must not be negative, got {weights.min():g}")
-        channels = _channels(self.channels)
-        object.__setattr__(self, "sigma", checks.positive("sigma", self.sigma))
-        object.__setattr__(self, "price", checks.share("price", self.price))
-        object.__setattr__(self, "least", checks.share("least", self.least))
-        object.__setattr__(self, "reference", reference)
-        object.__setattr__(self, "weights", weights)
-        object.__setattr__(self, "channels", channels)
+        checked(self)
+        count = len(self.patches)
+        checks.shaped("reference", self.reference, (count, len(CHANNELS), "bins"), "patches")
+        if self.weights is None:
+            object.__setattr__(self, "weights", np.ones(count))
 
     def squared(self, seen: Look, bodies: Bodies) -> Float[np.ndarray, "m p"]:
         """Return the sum of D² over the channels of each patch."""
@@ -525,7 +513,7 @@ def confidences(
     Section V, "Implementation".
     """
     reference = checks.array("reference", reference, ("p", len(CHANNELS), "bins"))
-    channels = _channels(channels)
+    channels = _channels("channels", channels)
     sigma = checks.positive("sigma", sigma)
     if not 1e-6 <= sigma <= 1e6:
         raise ValueError(f"sigma must be from 1e-6 to 1e6, got {sigma:g}")
@@ -536,14 +524,6 @@ def confidences(
     uniform = np.full(reference.shape[-1], 1 / reference.shape[-1])
     squared = bhattacharyya(reference[:, list(channels)], uniform) ** 2
     return np.exp(-squared.sum(axis=1) / (2 * sigma**2))
-
-
-def _channels(channels: Any) -> tuple[int, ...]:
-    """Return which channels are compared."""
-    found = checks.integers("channels", channels, ("k",), 0)
-    if not found.size or found.max() >= len(CHANNELS):
-        raise ValueError(f"channels must be from 0 to 3, got {found.tolist()}")
-    return tuple(found.tolist())
 
 
 def edge_weight(seen: Look) -> float:
@@ -574,12 +554,9 @@ class StabiliserCue:
     Section V, "Non-observable parts stabilisation".
     """
 
-    strength: float = 0.15
-    rest: Float[np.ndarray, " 8"] = field(default_factory=lambda: REST)
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "strength", checks.not_negative("strength", self.strength))
-        object.__setattr__(self, "rest", checks.vector("rest", self.rest, 8))
+    strength: NotNegative = 0.15
+    rest: Annotated[Float[np.ndarray, " 8"], copied] = field(default_factory=lambda: REST)
+    __post_init__ = checked
 
     def __call__(self, seen: Look, bodies: Bodies) -> Logarithms:
         """Return the logarithm of a likelihood for each state."""
@@ -609,10 +586,8 @@ class CollisionCue:
     Section V, "Collision detection".
     """
 
-    strength: float = 30.0
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "strength", checks.not_negative("strength", self.strength))
+    strength: NotNegative = 30.0
+    __post_init__ = checked
 
     def __call__(self, seen: Look, bodies: Bodies) -> Logarithms:
         """Return the logarithm of a likelihood for each state."""
@@ -630,10 +605,8 @@ class LimitCue:
         By which the logarithm is lowered.
     """
 
-    strength: float = 30.0
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "strength", checks.not_negative("strength", self.strength))
+    strength: NotNegative = 30.0
+    __post_init__ = checked
 
     def __call__(self, seen: Look, bodies: Bodies) -> Logarithms:
         """Return the logarithm of a likelihood for each state."""

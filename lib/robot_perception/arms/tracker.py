@@ -14,7 +14,7 @@ are ours but for the 400 particles.
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import Any, final
+from typing import Annotated, Any, final
 
 import numpy as np
 from jaxtyping import Bool, Float, UInt8
@@ -36,7 +36,7 @@ from robot_perception.arms.likelihoods import (
     apart,
     confidences,
     edge_weight,
-    look,
+    features,
     summed,
 )
 from robot_perception.beliefs import ParticleSet
@@ -45,6 +45,7 @@ from robot_perception.companion.boxes import check_box, check_reach, colour_pict
 from robot_perception.companion.cues import patch_histograms
 from robot_perception.companion.faces.detection import FaceDetector
 from robot_perception.extras import needing
+from robot_perception.fields import Positive, Share, checked, from_to
 from robot_perception.particles import (
     StepInfo,
     auxiliary,
@@ -134,6 +135,24 @@ BOUNDS: Mapping[str, CueMaker] = MappingProxyType(
 """Cues that bound what a body can do. A state that breaks one of these is not measured."""
 
 
+def _noise(name: str, value: Any) -> tuple[float, ...]:
+    """Return four positive numbers."""
+    found = checks.vector(name, value, 4).tolist()
+    if not min(found) > 0:
+        raise ValueError(f"{name} must be positive, got {found}")
+    return tuple(found)
+
+
+def _filter(name: str, value: Any) -> str:
+    """Return a name in `FILTERS`."""
+    return checks.one_of(name, value, FILTERS)
+
+
+def _names(name: str, value: Any) -> tuple[str, ...]:
+    """Return a tuple of texts; one text is none."""
+    return checks.instances(name, checks.instance(name, value, tuple), str)
+
+
 @final
 @dataclass(frozen=True, slots=True)
 class ArmRules:
@@ -158,37 +177,18 @@ class ArmRules:
     lost_edges, lost_patches
         Root mean square distance of the silhouette (px) and mean D² of the patches at the estimate:
         above both the arms are taken to be lost.
-
-    Raises
-    ------
-    ValueError
-        If a number is out of range or the filter is unknown.
     """
 
-    particles: int = 400
-    noise: tuple[float, float, float, float] = (0.13, 0.13, 0.20, 0.20)
-    filter: str = "auxiliary"
+    particles: Annotated[int, from_to(2, 10**6)] = 400
+    noise: Annotated[tuple[float, float, float, float], _noise] = (0.13, 0.13, 0.20, 0.20)
+    filter: Annotated[str, _filter] = "auxiliary"
     edges: EdgeRules = field(default_factory=EdgeRules)
-    ahead: tuple[str, ...] = ("colour", "texture")
-    bins: int = 8
-    rounds: int = 8
-    lost_edges: float = 2.5
-    lost_patches: float = 0.35
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "particles", checks.whole("particles", self.particles, 2, 10**6))
-        noise = checks.vector("noise", self.noise, 4)
-        if not noise.min() > 0:
-            raise ValueError(f"noise must be positive, got {noise.tolist()}")
-        checks.one_of("filter", self.filter, FILTERS)
-        checks.instance("edges", self.edges, EdgeRules)
-        ahead = checks.instances("ahead", checks.instance("ahead", self.ahead, tuple), str)
-        object.__setattr__(self, "ahead", ahead)
-        object.__setattr__(self, "bins", checks.whole("bins", self.bins, 2, 256))
-        object.__setattr__(self, "rounds", checks.whole("rounds", self.rounds, 0, 1000))
-        object.__setattr__(self, "lost_edges", checks.positive("lost_edges", self.lost_edges))
-        object.__setattr__(self, "lost_patches", checks.share("lost_patches", self.lost_patches))
-        object.__setattr__(self, "noise", tuple(noise.tolist()))
+    ahead: Annotated[tuple[str, ...], _names] = ("colour", "texture")
+    bins: Annotated[int, from_to(2, 256)] = 8
+    rounds: Annotated[int, from_to(0, 1000)] = 8
+    lost_edges: Positive = 2.5
+    lost_patches: Share = 0.35
+    __post_init__ = checked
 
 
 @final
@@ -215,19 +215,11 @@ class ArmState:
     first: First = field(repr=False)
     cues: Mapping[str, Cue] = field(repr=False)
     bounds: Mapping[str, Cue] = field(repr=False)
-    lost: int = 0
+    lost: Annotated[int, from_to(0)] = 0
 
     def __post_init__(self) -> None:
-        states = checks.instance("particles", self.particles, ParticleSet).states
-        checks.shaped("particles.states", states, ("m", 8))
-        if not isinstance(self.grey, np.ndarray) or self.grey.dtype != np.uint8:
-            raise TypeError(f"grey must be a picture of bytes, got {checks.shown(self.grey)}")
-        checks.shaped("grey", self.grey, ("height", "width"))
-        checks.instance("first", self.first, First)
-        for name in ("cues", "bounds"):
-            for key, cue in checks.instance(name, getattr(self, name), Mapping).items():
-                checks.instance(f"{name}[{key!r}]", cue, Callable)
-        object.__setattr__(self, "lost", checks.whole("lost", self.lost, 0))
+        checked(self)
+        checks.shaped("particles.states", self.particles.states, ("m", 8))
 
     @property
     def mean(self) -> Float[np.ndarray, " 8"]:
@@ -292,11 +284,7 @@ class Picture:
     seen: Look
     rules: ArmRules
     share: float = field(default=0.0, init=False)
-
-    def __post_init__(self) -> None:
-        checks.instance("state", self.state, ArmState)
-        checks.instance("seen", self.seen, Look)
-        checks.instance("rules", self.rules, ArmRules)
+    __post_init__ = checked
 
     @property
     def noise(self) -> Float[np.ndarray, " 8"]:
@@ -446,14 +434,9 @@ class ArmTracker:
     bounds: Mapping[str, CueMaker] = field(default_factory=lambda: BOUNDS)
 
     def __post_init__(self) -> None:
-        checks.instance("camera", self.camera, Pinhole)
-        checks.instance("measures", self.measures, Measures)
-        checks.instance("rules", self.rules, ArmRules)
+        checked(self)
         for name in ("cues", "bounds"):
-            makers = dict(checks.instance(name, getattr(self, name), Mapping))
-            for key, maker in makers.items():
-                checks.instance(f"{name}[{key!r}]", maker, Callable)
-            object.__setattr__(self, name, MappingProxyType(makers))
+            object.__setattr__(self, name, MappingProxyType(getattr(self, name)))
         if not self.cues:
             raise ValueError("cues must be one at least")
 
@@ -489,7 +472,7 @@ class ArmTracker:
             that is given lies outside of the picture, or the body is too near.
         """
         checks.generator("rng", rng)
-        seen = look(self._picture(image), rules=self.rules.edges)
+        seen = features(self._picture(image), None, self.rules.edges)
         face = find_face(image) if face is None else check_reach("face", face, image)
         model = BodyModel.from_face(face, self.camera, self.measures)
         count = self.rules.particles
@@ -542,7 +525,9 @@ class ArmTracker:
         if face is not None:
             there = BodyModel.from_face(check_box("face", face), self.camera, self.measures)
             state = replace(state, first=replace(state.first, model=there))
-        seen = look(self._picture(image), state.grey, self.rules.edges)
+        image = self._picture(image)
+        checks.shaped("state.grey", state.grey, image.shape[:2], f"image {image.shape}")
+        seen = features(image, state.grey, self.rules.edges)
         picture = Picture(state, seen, self.rules)
         particles, info = FILTERS[self.rules.filter](picture, rng)
         model, mean = state.first.model, particles.mean

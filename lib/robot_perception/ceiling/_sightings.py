@@ -62,6 +62,11 @@ def metric(sighting: np.ndarray, centre: np.ndarray, scale: float) -> np.ndarray
     return np.concatenate([position, wrap_angle(sighting[..., 2:3])], axis=-1)
 
 
+def own(name: str, value: np.ndarray) -> np.ndarray:
+    """Return a copy of moderate numbers, of double precision."""
+    return checks.moderate(name, value, LARGEST).astype(float)
+
+
 def sightings(name: str, value: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Return the sightings of one image, each four moderate numbers."""
     return {
@@ -94,10 +99,15 @@ def centre(value: np.ndarray) -> np.ndarray:
 
 def scale(value: float) -> float:
     """Return Z/f."""
-    scale = checks.positive("scale", value)
-    if not 1e-9 <= scale <= 1e9:
-        raise ValueError(f"scale must be positive, from 1e-9 to 1e9 m per px, got {scale:g}")
-    return scale
+    return metres_per_px("scale", value)
+
+
+def metres_per_px(name: str, value: float) -> float:
+    """Return a scale of pictures."""
+    found = checks.positive(name, value)
+    if not 1e-9 <= found <= 1e9:
+        raise ValueError(f"{name} must be positive, from 1e-9 to 1e9 m per px, got {found:g}")
+    return found
 
 
 def weights(name: str, value: np.ndarray, count: int) -> np.ndarray:

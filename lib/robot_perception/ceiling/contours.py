@@ -5,14 +5,16 @@ autonomous navigation using visual memory and pattern tracking". Points are (u, 
 centres lie at whole numbers.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import no_type_check
+from typing import Annotated, no_type_check
 
 import numpy as np
 from jaxtyping import Bool, Float, Int32, UInt8
 
 from robot_perception import checks
 from robot_perception.extras import needing
+from robot_perception.fields import Positive, checked, from_to, numbers, up_to
 from robot_perception.kernels import kernel
 
 with needing():
@@ -33,6 +35,14 @@ def _steps(length: float, spacing: float) -> Float[np.ndarray, " n"]:
     return np.linspace(0, 1, 2 + int(parts))
 
 
+def _turn(name: str, value: float) -> float:
+    """Return an angle that is no more than a turn, and not 0."""
+    angle = checks.number(name, value)
+    if not 0 < abs(angle) <= 2 * np.pi:
+        raise ValueError(f"{name} must be a turn at most and not 0, got {angle:g}")
+    return angle
+
+
 @dataclass(frozen=True, slots=True)
 class Segment:
     """A straight piece of a contour.
@@ -45,16 +55,14 @@ class Segment:
     Raises
     ------
     ValueError
-        If the ends are one point, or a number is not finite.
+        If the ends are one point.
     """
 
-    start: tuple[float, float]
-    end: tuple[float, float]
+    start: Annotated[tuple[float, float], numbers(2)]
+    end: Annotated[tuple[float, float], numbers(2)]
 
     def __post_init__(self) -> None:
-        for name in ("start", "end"):
-            point = checks.array(name, getattr(self, name), (2,))
-            object.__setattr__(self, name, tuple(point.tolist()))
+        checked(self)
         if self.start == self.end:
             raise ValueError(f"end must differ from start, got {self.start} twice")
 
@@ -83,28 +91,14 @@ class Arc:
         Direction of its first point from the centre, rad.
     sweep
         By how much the direction turns up to its last point, rad, from u to v where it is positive;
-        from -2π to 2π.
-
-    Raises
-    ------
-    ValueError
-        If the radius is not positive or the sweep is 0 or more than a turn.
+        from -2π to 2π, but not 0.
     """
 
-    centre: tuple[float, float]
-    radius: float
+    centre: Annotated[tuple[float, float], numbers(2)]
+    radius: Positive
     start: float
-    sweep: float
-
-    def __post_init__(self) -> None:
-        object.__setattr__(
-            self, "centre", tuple(checks.array("centre", self.centre, (2,)).tolist())
-        )
-        object.__setattr__(self, "radius", checks.positive("radius", self.radius))
-        for name in ("start", "sweep"):
-            object.__setattr__(self, name, checks.number(name, getattr(self, name)))
-        if not 0 < abs(self.sweep) <= 2 * np.pi:
-            raise ValueError(f"sweep must be a turn at most and not 0, got {self.sweep:g}")
+    sweep: Annotated[float, _turn]
+    __post_init__ = checked
 
     @property
     def length(self) -> float:
@@ -141,23 +135,19 @@ class ContourRules:
     Raises
     ------
     ValueError
-        If a number is not positive, ``high`` is below ``low``, or the smoothing is above 100 px.
+        If ``high`` is below ``low``.
     """
 
-    smoothing: float = 1.0
-    low: float = 4.0
-    high: float = 10.0
-    shortest: int = 12
-    tolerance: float = 1.5
-    roundness: float = 0.8
-    largest: float = 60.0
+    smoothing: Annotated[float, up_to(100)] = 1.0
+    low: Positive = 4.0
+    high: Positive = 10.0
+    shortest: Annotated[int, from_to(3, 10**6)] = 12
+    tolerance: Positive = 1.5
+    roundness: Positive = 0.8
+    largest: Positive = 60.0
 
     def __post_init__(self) -> None:
-        for name in ("smoothing", "low", "high", "tolerance", "roundness", "largest"):
-            object.__setattr__(self, name, checks.positive(name, getattr(self, name)))
-        if self.smoothing > 100:
-            raise ValueError(f"smoothing must be 100 px at most, got {self.smoothing:g}")
-        object.__setattr__(self, "shortest", checks.whole("shortest", self.shortest, 3, 10**6))
+        checked(self)
         if self.high < self.low:
             raise ValueError(f"high must not be below low, got {self.high:g} below {self.low:g}")
 
@@ -176,13 +166,7 @@ class Edges:
 
     mask: Bool[np.ndarray, "height width"]
     gradient: Float[np.ndarray, "height width 2"]
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.mask, np.ndarray) or self.mask.dtype != bool:
-            raise TypeError(f"mask must be an array of booleans, got {checks.shown(self.mask)}")
-        checks.shaped("mask", self.mask, ("height", "width"))
-        shape = (*self.mask.shape, 2)
-        object.__setattr__(self, "gradient", checks.array("gradient", self.gradient, shape))
+    __post_init__ = checked
 
     def directions(self, points: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, " n"]:
         """Return the direction of the gradient at the pixel nearest to each point, rad.
@@ -222,6 +206,11 @@ def picture(
     if not image.size:
         raise ValueError(f"{name} must have a pixel, got {image.shape}")
     return image
+
+
+def segments_and_arcs(name: str, contours: Iterable[Segment | Arc]) -> tuple[Segment | Arc, ...]:
+    """Return contours as a tuple."""
+    return checks.instances(name, contours, Segment, Arc)
 
 
 def picture_size(name: str, size: tuple[int, int] | None) -> tuple[int, int] | None:

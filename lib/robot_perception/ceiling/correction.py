@@ -9,6 +9,7 @@ visual memory and pattern tracking", BMVC 2004.
 """
 
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Bool, Float, Int16, UInt8, UInt16
@@ -16,6 +17,7 @@ from jaxtyping import Bool, Float, Int16, UInt8, UInt16
 from robot_perception import checks
 from robot_perception.cameras import Pinhole
 from robot_perception.extras import needing
+from robot_perception.fields import Positive, checked, numbers
 from robot_perception.geometry import se3
 
 with needing():
@@ -92,6 +94,14 @@ def correction(
     return np.linalg.solve(target.T, (K @ A).T).T  # eq. (1)
 
 
+def _of_a_picture(name: str, value: tuple[int, int]) -> tuple[int, int]:
+    """Return a width and a height that OpenCV can look up."""
+    width, height = checks.integers(name, value, (2,), 1).tolist()
+    if width * height > PIXELS or max(width, height) >= 2**15 - 2 * OUTSIDE:
+        raise ValueError(f"{name} must be that of a picture, got {(width, height)}")
+    return width, height
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Correction:
     r"""Turns pictures of a mounted camera into those of the ideal one, and pixels too.
@@ -144,9 +154,9 @@ class Correction:
     rotation: Float[np.ndarray, "3 3"]
     translation: Float[np.ndarray, "3"]
     normal: Float[np.ndarray, "3"]
-    distance: float
-    size: tuple[int, int]
-    distortion: tuple[float, float] = (0.0, 0.0)
+    distance: Positive
+    size: Annotated[tuple[int, int], _of_a_picture]
+    distortion: Annotated[tuple[float, float], numbers(2)] = (0.0, 0.0)
     target: Float[np.ndarray, "3 3"] | None = None
     homography: Float[np.ndarray, "3 3"] = field(init=False)
     seen: Bool[np.ndarray, "height width"] = field(init=False, repr=False)
@@ -156,24 +166,18 @@ class Correction:
     _part: UInt16[np.ndarray, "height width"] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
+        checked(self)
         K = _intrinsic("K", self.K, skew=False)
         target = K if self.target is None else _intrinsic("target", self.target)
-        size = tuple(checks.integers("size", self.size, (2,), 1).tolist())
-        if size[0] * size[1] > PIXELS or max(size) >= 2**15 - 2 * OUTSIDE:
-            raise ValueError(f"size must be that of a picture, got {size}")
-        bent = tuple(checks.vector("distortion", self.distortion, 2))
         A = _of_rays(self.rotation, self.translation, self.normal, self.distance)
         for name in ("rotation", "translation", "normal"):
             object.__setattr__(self, name, np.array(getattr(self, name), dtype=float))
-        object.__setattr__(self, "distance", float(self.distance))
         object.__setattr__(self, "K", K)
         object.__setattr__(self, "target", target)
-        object.__setattr__(self, "size", size)
-        object.__setattr__(self, "distortion", (float(bent[0]), float(bent[1])))
         object.__setattr__(self, "homography", np.linalg.solve(target.T, (K @ A).T).T)
         object.__setattr__(self, "_plane", A)
         lens = (*self.distortion, 0.0, 0.0) if any(self.distortion) else ()
-        camera = Pinhole((K[0, 0], K[1, 1]), (K[0, 2], K[1, 2]), size, lens)
+        camera = Pinhole((K[0, 0], K[1, 1]), (K[0, 2], K[1, 2]), self.size, lens)
         object.__setattr__(self, "_camera", camera)
         self._look_up()
 

@@ -9,7 +9,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from jaxtyping import Bool, Float, Int, UInt8
@@ -26,6 +26,7 @@ from robot_perception.ceiling.contours import (
     find_edges,
     picture,
     picture_size,
+    segments_and_arcs,
 )
 from robot_perception.ceiling.correction import Correction
 from robot_perception.ceiling.mosaic import (
@@ -54,6 +55,15 @@ from robot_perception.ceiling.tracker import (
     TrackerRules,
 )
 from robot_perception.extras import needing
+from robot_perception.fields import (
+    NotNegative,
+    Positive,
+    Share,
+    checked,
+    from_to,
+    numbers,
+    one_of,
+)
 from robot_perception.geometry.angles import wrap_angle
 from robot_perception.geometry.se2 import between, compose
 
@@ -127,11 +137,6 @@ class MapRules:
         ``"nearest"`` to the middle of the picture, for a new pattern to that.
     rigid
         Whether patterns beyond the gate are let go. The paper has no such rule.
-
-    Raises
-    ------
-    ValueError
-        If a number is out of its range.
     """
 
     tracker: TrackerRules = field(default_factory=lambda: STEADY)
@@ -139,31 +144,18 @@ class MapRules:
     windows: WindowRules = field(default_factory=lambda: WindowRules(most=6))
     contours: ContourRules = field(default_factory=ContourRules)
     recognition: RecognitionRules = field(default_factory=RecognitionRules)
-    enough: int = 4
-    repeated: float = 0.97
-    border: float = 30.0
-    search: float = 40.0
-    turn: float = np.deg2rad(15.0)
-    candidates: int = 5
-    gate: float = 6.0
-    closing: str = "adjust"
-    every: int = 5
-    by: str = "all"
+    enough: Annotated[int, from_to(1, 10**4)] = 4
+    repeated: Share = 0.97
+    border: NotNegative = 30.0
+    search: NotNegative = 40.0
+    turn: Annotated[float, checks.not_negative] = np.deg2rad(15.0)
+    candidates: Annotated[int, from_to(1, 10**4)] = 5
+    gate: NotNegative = 6.0
+    closing: Annotated[str, one_of("chain", "adjust", "none")] = "adjust"
+    every: Annotated[int, from_to(1, 10**4)] = 5
+    by: Annotated[str, one_of(*BY)] = "all"
     rigid: bool = True
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "repeated", checks.share("repeated", self.repeated))
-        checks.one_of("closing", self.closing, ("chain", "adjust", "none"))
-        checks.one_of("by", self.by, BY)
-        checks.flag("rigid", self.rigid)
-        kinds = (TrackerRules, PatternRules, WindowRules, ContourRules, RecognitionRules)
-        names = ("tracker", "patterns", "windows", "contours", "recognition")
-        for name, kind in zip(names, kinds, strict=True):
-            checks.instance(name, getattr(self, name), kind)
-        for name in ("enough", "every", "candidates"):
-            object.__setattr__(self, name, checks.whole(name, getattr(self, name), 1, 10**4))
-        for name in ("border", "search", "turn", "gate"):
-            object.__setattr__(self, name, checks.not_negative(name, getattr(self, name)))
+    __post_init__ = checked
 
 
 AS_PRINTED = MapRules(
@@ -214,21 +206,13 @@ class MapState:
     pose: Float[np.ndarray, " 3"]
     motion: Float[np.ndarray, " 3"]
     links: Links
-    count: int = 1
-    size: tuple[int, int] | None = None
+    count: Annotated[int, from_to(0)] = 1
+    size: Annotated[tuple[int, int] | None, picture_size] = None
 
     def __post_init__(self) -> None:
-        checks.instance("mosaic", self.mosaic, Mosaic)
-        checks.entries("patterns", self.patterns, Pattern)
-        checks.entries("tracked", self.tracked, PatternState)
-        for name in ("pose", "motion"):
-            object.__setattr__(self, name, checks.array(name, getattr(self, name), (3,)))
-        checks.instance("links", self.links, Links)
-        object.__setattr__(self, "count", checks.whole("count", self.count, 0))
-        object.__setattr__(self, "size", picture_size("size", self.size))
+        checked(self)
         for name in ("patterns", "tracked"):
-            own = MappingProxyType(dict(getattr(self, name)))
-            object.__setattr__(self, name, own)
+            object.__setattr__(self, name, MappingProxyType(getattr(self, name)))
 
     @property
     def pieces(self) -> tuple[tuple[str, ...], ...]:
@@ -294,28 +278,19 @@ class Mapper:
         of the camera, scale and centre those of the ideal picture. Where the camera sees nothing of
         it, nothing is sought, made or tracked, as beyond its border.
 
-    Raises
-    ------
-    ValueError
-        If the scale is not positive or the centre is not a point.
-
     References
     ----------
     Sections 2.1 and 2.3.
     """
 
-    scale: float
-    centre: tuple[float, float]
+    scale: Positive
+    centre: Annotated[tuple[float, float], numbers(2)]
     rules: MapRules = field(default_factory=MapRules)
     correction: Correction | None = None
     _view: "View" = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "scale", checks.positive("scale", self.scale))
-        centre = checks.array("centre", self.centre, (2,))
-        object.__setattr__(self, "centre", tuple(centre.tolist()))
-        checks.instance("rules", self.rules, MapRules)
-        checks.instance("correction", self.correction, Correction, type(None))
+        checked(self)
         object.__setattr__(self, "_view", View(self.correction, self.rules))
 
     @property
@@ -497,27 +472,14 @@ class Sought:
         Distances to the edges.
     seen : (height, width)
         Which pixels show the ceiling; all of them if not given.
-
-    Raises
-    ------
-    TypeError
-        If a part is of another type.
-    ValueError
-        If the image is not (height, width).
     """
 
-    image: UInt8[np.ndarray, "height width"]
+    image: Annotated[UInt8[np.ndarray, "height width"], picture]
     edges: Edges
-    contours: tuple[Segment | Arc, ...]
+    contours: Annotated[tuple[Segment | Arc, ...], segments_and_arcs]
     field: EdgeField
     seen: Bool[np.ndarray, "height width"] | None = None
-
-    def __post_init__(self) -> None:
-        _mask(self.seen, picture("image", self.image).shape)
-        checks.instance("edges", self.edges, Edges)
-        contours = checks.instances("contours", self.contours, Segment, Arc)
-        object.__setattr__(self, "contours", contours)
-        checks.instance("field", self.field, EdgeField)
+    __post_init__ = checked
 
     @classmethod
     def of(
@@ -606,10 +568,7 @@ class View:
 
     correction: Correction | None
     rules: MapRules
-
-    def __post_init__(self) -> None:
-        checks.instance("correction", self.correction, Correction, type(None))
-        checks.instance("rules", self.rules, MapRules)
+    __post_init__ = checked
 
     @property
     def seen(self) -> Bool[np.ndarray, "height width"] | None:
@@ -731,26 +690,14 @@ class PatternTrackers:
         So is one that is not seen in that many pictures in a row.
     seen : (height, width)
         Which pixels show the ceiling; what does not counts as beyond the border.
-
-    Raises
-    ------
-    ValueError
-        If a number is out of its range.
     """
 
     patterns: Mapping[str, Pattern]
     rules: TrackerRules = field(default_factory=TrackerRules)
-    border: float = 0.0
-    patience: int = 3
+    border: NotNegative = 0.0
+    patience: Annotated[int, from_to(1)] = 3
     seen: Bool[np.ndarray, "height width"] | None = None
-
-    def __post_init__(self) -> None:
-        checks.entries("patterns", self.patterns, Pattern)
-        if self.seen is not None:
-            _mask(self.seen, ("height", "width"))
-        checks.instance("rules", self.rules, TrackerRules)
-        object.__setattr__(self, "border", checks.not_negative("border", self.border))
-        object.__setattr__(self, "patience", checks.whole("patience", self.patience, 1))
+    __post_init__ = checked
 
     def start(self, poses: Mapping[str, Float[np.ndarray, " 4"]]) -> Mapping[str, PatternState]:
         """Return the states of patterns whose places are known.

@@ -12,6 +12,7 @@ visual memory and pattern tracking", BMVC 2004.
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Bool, Float, UInt8
@@ -23,6 +24,7 @@ from robot_perception import checks
 from robot_perception.ceiling import _sightings
 from robot_perception.ceiling.contours import picture
 from robot_perception.extras import needing
+from robot_perception.fields import checked
 from robot_perception.geometry import se2, wrap_angle
 
 with needing():
@@ -293,28 +295,15 @@ class Mosaic:
     centre : (2,)
         Principal point of the ideal picture, px.
 
-    Raises
-    ------
-    ValueError
-        If a pose is not three finite numbers, or the scale is not positive.
-
     References
     ----------
     Section 2.2: :math:`\mathcal{M} = \{(m_i, {}^M T_i)\}`.
     """
 
-    poses: Mapping[str, Float[np.ndarray, "3"]]
-    scale: float
-    centre: Float[np.ndarray, "2"]
-
-    def __post_init__(self) -> None:
-        poses = {
-            name: _sightings.pose(f"poses[{name!r}]", pose, (3,)).copy()
-            for name, pose in _sightings.named("poses", self.poses).items()
-        }
-        object.__setattr__(self, "poses", poses)
-        object.__setattr__(self, "scale", _sightings.scale(self.scale))
-        object.__setattr__(self, "centre", _sightings.centre(self.centre).copy())
+    poses: Mapping[str, Annotated[Float[np.ndarray, "3"], _sightings.own]]
+    scale: Annotated[float, _sightings.metres_per_px]
+    centre: Annotated[Float[np.ndarray, "2"], _sightings.own]
+    __post_init__ = checked
 
     def with_pattern(self, name: str, pose: Float[np.ndarray, "3"]) -> "Mosaic":
         """Return the mosaic with a pattern more, or with a pattern moved.

@@ -8,7 +8,7 @@ map in metres, no wheels.
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from jaxtyping import Float, UInt8
@@ -33,7 +33,9 @@ from robot_perception.ceiling.visual_memory import (
     PathGraph,
     ServoRules,
     closed_loop,
+    key_images,
 )
+from robot_perception.fields import Positive, checked, from_to, numbers
 
 __all__ = ["Navigator", "ReplayInfo", "ReplayState"]
 
@@ -60,18 +62,14 @@ class ReplayState:
 
     tracked: Mapping[str, PatternState]
     pose: Float[np.ndarray, " 3"]
-    key: int = 0
-    blind: int = 0
-    count: int = 0
-    size: tuple[int, int] | None = None
+    key: Annotated[int, from_to(0)] = 0
+    blind: Annotated[int, from_to(0)] = 0
+    count: Annotated[int, from_to(0)] = 0
+    size: Annotated[tuple[int, int] | None, picture_size] = None
 
     def __post_init__(self) -> None:
-        checks.entries("tracked", self.tracked, PatternState)
-        object.__setattr__(self, "tracked", MappingProxyType(dict(self.tracked)))
-        object.__setattr__(self, "pose", checks.array("pose", self.pose, (3,)))
-        for name in ("key", "blind", "count"):
-            object.__setattr__(self, name, checks.whole(name, getattr(self, name), 0))
-        object.__setattr__(self, "size", picture_size("size", self.size))
+        checked(self)
+        object.__setattr__(self, "tracked", MappingProxyType(self.tracked))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -130,33 +128,28 @@ class Navigator:
     Raises
     ------
     ValueError
-        If there is no key image, one has a pattern that is not known, or a number is out of its
-        range.
+        If there is no key image, or one has a pattern that is not known.
 
     References
     ----------
     Section 2.4.
     """
 
-    route: Sequence[KeyImage]
+    route: Annotated[Sequence[KeyImage], key_images]
     patterns: Mapping[str, Pattern]
     mosaic: Mosaic
-    centre: tuple[float, float]
-    scale: float = 1.0
+    centre: Annotated[tuple[float, float], numbers(2)]
+    scale: Positive = 1.0
     servo: ServoRules = field(default_factory=ServoRules)
     rules: MapRules = field(default_factory=MapRules)
-    near: float = 0.25
-    patience: int = 5
+    near: Positive = 0.25
+    patience: Annotated[int, from_to(0)] = 5
     correction: Correction | None = None
     _view: View = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        route = checks.instances("route", self.route, KeyImage)
-        if not route:
-            raise ValueError("route must have a key image, got none")
-        checks.entries("patterns", self.patterns, Pattern)
-        checks.instance("mosaic", self.mosaic, Mosaic)
-        for k, key in enumerate(route):
+        checked(self)
+        for k, key in enumerate(self.route):
             unknown = [
                 n for n in key.sightings if n not in self.patterns or n not in self.mosaic.poses
             ]
@@ -164,14 +157,6 @@ class Navigator:
                 raise ValueError(
                     f"route[{k}] must show known patterns, got {checks.shown(unknown)}"
                 )
-        object.__setattr__(self, "route", route)
-        centre = checks.array("centre", self.centre, (2,))
-        object.__setattr__(self, "centre", tuple(centre.tolist()))
-        object.__setattr__(self, "scale", checks.positive("scale", self.scale))
-        checks.instance("servo", self.servo, ServoRules)
-        checks.instance("rules", self.rules, MapRules)
-        object.__setattr__(self, "near", checks.positive("near", self.near))
-        object.__setattr__(self, "patience", checks.whole("patience", self.patience, 0))
         object.__setattr__(self, "_view", View(self.correction, self.rules))
 
     @classmethod

@@ -11,7 +11,7 @@ pattern, px from its centre in the picture that it was taken from, is seen at
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import no_type_check
+from typing import Annotated, no_type_check
 
 import numpy as np
 from jaxtyping import Float, Float32, Int, UInt8
@@ -26,8 +26,21 @@ from robot_perception.ceiling.contours import (
     find_edges,
     picture,
     picture_size,
+    segments_and_arcs,
 )
 from robot_perception.extras import needing
+from robot_perception.fields import (
+    NotNegative,
+    Positive,
+    Share,
+    above_zero,
+    checked,
+    from_to,
+    numbers,
+    odd,
+    one_of,
+    wholes,
+)
 from robot_perception.kernels import kernel
 
 with needing():
@@ -86,35 +99,18 @@ class PatternRules:
         Whether each point has its own parameters, or all have their mean.
     centred
         Whether means are removed before vectors are compared. As printed they are not.
-
-    Raises
-    ------
-    ValueError
-        If a number is out of its range, or a word is none of these.
     """
 
-    samples: int = 11
-    step: float = 2.0
-    spacing: float = 3.0
-    most: int = 120
-    picked: str = "slope"
-    fall: str = "picture"
-    curve: str = "line"
+    samples: Annotated[int, odd(3, 101)] = 11
+    step: Positive = 2.0
+    spacing: Positive = 3.0
+    most: Annotated[int, from_to(1, MOST)] = 120
+    picked: Annotated[str, one_of("slope", "random")] = "slope"
+    fall: Annotated[str, one_of("padded", "picture")] = "picture"
+    curve: Annotated[str, one_of("line", "parabola", "power")] = "line"
     own: bool = True
     centred: bool = True
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "samples", checks.whole("samples", self.samples, 3, 101))
-        if self.samples % 2 == 0:
-            raise ValueError(f"samples must be odd, got {self.samples}")
-        object.__setattr__(self, "most", checks.whole("most", self.most, 1, MOST))
-        for name in ("step", "spacing"):
-            object.__setattr__(self, name, checks.positive(name, getattr(self, name)))
-        checks.one_of("picked", self.picked, ("slope", "random"))
-        checks.one_of("fall", self.fall, ("padded", "picture"))
-        checks.one_of("curve", self.curve, ("line", "parabola", "power"))
-        for name in ("own", "centred"):
-            checks.flag(name, getattr(self, name))
+    __post_init__ = checked
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -126,26 +122,28 @@ class Decay:
     Parameters
     ----------
     rate : (n,)
-        a of each point, above 0; :math:`\lambda` counts samples.
+        a of each point; :math:`\lambda` counts samples.
     power : (n,)
-        b of each point, above 0.
-
-    Raises
-    ------
-    ValueError
-        If the shapes differ, or a number is not positive.
+        b of each point.
     """
 
-    rate: Float[np.ndarray, " n"]
-    power: Float[np.ndarray, " n"]
+    rate: Annotated[Float[np.ndarray, " n"], above_zero]
+    power: Annotated[Float[np.ndarray, " n"], above_zero]
+    __post_init__ = checked
 
-    def __post_init__(self) -> None:
-        rate = checks.array("rate", self.rate, ("n",))
-        power = checks.array("power", self.power, rate.shape, beside=f"rate {rate.shape}")
-        for name, value in (("rate", rate), ("power", power)):
-            if not (value > 0).all():
-                raise ValueError(f"{name} must be positive, got {value.min():g}")
-            object.__setattr__(self, name, value)
+
+def _not_many(name: str, points: Float[np.ndarray, "n _"]) -> Float[np.ndarray, "n _"]:
+    """Return points of a pattern: one at least, and no more than `MOST`."""
+    if not 1 <= len(points) <= MOST:
+        raise ValueError(f"{name} must be of 1 to {MOST} points, got {len(points)}")
+    return points
+
+
+def _odd_rows(name: str, vectors: Float[np.ndarray, "n _"]) -> Float[np.ndarray, "n _"]:
+    """Return vectors of an odd number of samples, three at least."""
+    if vectors.shape[1] < 3 or vectors.shape[1] % 2 == 0:
+        raise ValueError(f"{name} must have an odd number of samples, got {vectors.shape}")
+    return vectors
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -176,37 +174,22 @@ class Pattern:
     Raises
     ------
     ValueError
-        If there is no point, shapes do not fit, or a number is out of its range.
+        If there is no point, the number of samples is even, or the decay is of other points.
     """
 
-    places: Float[np.ndarray, "n 3"]
-    vectors: Float[np.ndarray, "n samples"]
+    places: Annotated[Float[np.ndarray, "n 3"], _not_many]
+    vectors: Annotated[Float[np.ndarray, "n samples"], _odd_rows]
     decay: Decay
-    size: tuple[float, float]
-    step: float = 1.0
+    size: Annotated[tuple[float, float], numbers(2, above_zero)]
+    step: Positive = 1.0
     centred: bool = True
-    contours: tuple[Segment | Arc, ...] = ()
-    picture: tuple[int, int] | None = None
+    contours: Annotated[tuple[Segment | Arc, ...], segments_and_arcs] = ()
+    picture: Annotated[tuple[int, int] | None, picture_size] = None
 
     def __post_init__(self) -> None:
-        places = checks.array("places", self.places, ("n", 3))
-        if not 1 <= len(places) <= MOST:
-            raise ValueError(f"places must be of 1 to {MOST} points, got {len(places)}")
-        vectors = checks.array("vectors", self.vectors, (len(places), "samples"))
-        if vectors.shape[1] < 3 or vectors.shape[1] % 2 == 0:
-            raise ValueError(f"vectors must have an odd number of samples, got {vectors.shape}")
-        checks.instance("decay", self.decay, Decay)
-        checks.shaped("decay.rate", self.decay.rate, (len(places),), beside="these places")
-        size = tuple(checks.array("size", self.size, (2,)).tolist())
-        if min(size) <= 0:
-            raise ValueError(f"size must be positive, got {size}")
-        checks.flag("centred", self.centred)
-        named = {"places": places, "vectors": vectors, "size": size}
-        named["step"] = checks.positive("step", self.step)
-        named["contours"] = checks.instances("contours", self.contours, Segment, Arc)
-        named["picture"] = picture_size("picture", self.picture)
-        for name, value in named.items():
-            object.__setattr__(self, name, value)
+        checked(self)
+        size = (len(self.places),)
+        checks.shaped("decay.rate", self.decay.rate, size, beside="these places")
 
     @property
     def points(self) -> Float[np.ndarray, "n 2"]:
@@ -785,29 +768,16 @@ class WindowRules:
     apart
         px between the centres of chosen windows, and to those that are there already; a third of it
         from one that was tried and found weak or repeated.
-
-    Raises
-    ------
-    ValueError
-        If a number is out of its range.
     """
 
-    size: tuple[int, int] = (64, 64)
-    most: int = 4
-    margin: int = 12
-    spacing: int = 4
-    strength: float = 10.0
-    rival: float = 0.8
-    apart: float = 48.0
-
-    def __post_init__(self) -> None:
-        size = tuple(checks.integers("size", self.size, (2,), 8).tolist())
-        object.__setattr__(self, "size", size)
-        for name, least in (("most", 1), ("margin", 0), ("spacing", 1)):
-            object.__setattr__(self, name, checks.whole(name, getattr(self, name), least, 10**4))
-        for name in ("strength", "apart"):
-            object.__setattr__(self, name, checks.not_negative(name, getattr(self, name)))
-        object.__setattr__(self, "rival", checks.share("rival", self.rival))
+    size: Annotated[tuple[int, int], wholes(2, 8)] = (64, 64)
+    most: Annotated[int, from_to(1, 10**4)] = 4
+    margin: Annotated[int, from_to(0, 10**4)] = 12
+    spacing: Annotated[int, from_to(1, 10**4)] = 4
+    strength: NotNegative = 10.0
+    rival: Share = 0.8
+    apart: NotNegative = 48.0
+    __post_init__ = checked
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,9 +6,9 @@ the candidates. Contours alone may fit several places, which is why candidates a
 their scores, and the grey vectors have the last word.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import no_type_check
+from typing import Annotated, no_type_check
 
 import numpy as np
 from jaxtyping import Float
@@ -17,6 +17,7 @@ from scipy.ndimage import distance_transform_edt
 from robot_perception import checks
 from robot_perception.ceiling.contours import Arc, Edges, Segment
 from robot_perception.ceiling.patterns import Pattern, placed
+from robot_perception.fields import Positive, Share, checked, from_to
 from robot_perception.geometry.angles import wrap_angle
 from robot_perception.kernels import kernel
 
@@ -24,6 +25,26 @@ __all__ = ["Candidate", "EdgeField", "RecognitionRules", "contour_log_likelihood
 
 FAR = 10.0
 """Distances to edges are cut off here, px."""
+
+
+def _below(most: float) -> Callable[[str, float], float]:
+    """Return the check of a positive number below another one."""
+
+    def check(name: str, value: float) -> float:
+        found = checks.positive(name, value)
+        if found >= most:
+            raise ValueError(f"{name} must be below {most:.4g}, got {found:g}")
+        return found
+
+    return check
+
+
+def _scales(name: str, value: Sequence[float]) -> tuple[float, ...]:
+    """Return positive numbers, one at least."""
+    found = checks.array(name, value, ("n",))
+    if not (len(found) and (found > 0).all()):
+        raise ValueError(f"{name} must be positive, one at least, got {found.tolist()}")
+    return tuple(found.tolist())
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,31 +74,19 @@ class RecognitionRules:
     Raises
     ------
     ValueError
-        If a number is out of its range: ``near`` below the 10 px at which distances are cut off,
-        ``aligned`` below a right angle.
+        If ``near`` is not below the 10 px at which distances are cut off, ``aligned`` not below a
+        right angle, or there is no scale.
     """
 
-    near: float = 2.0
-    aligned: float = np.deg2rad(20.0)
-    opening: float = np.deg2rad(12.0)
-    gap: float = 8.0
-    scales: tuple[float, ...] = (1.0,)
-    refined: int = 30
-    apart: float = 6.0
-    least: float = 0.4
-
-    def __post_init__(self) -> None:
-        for name in ("near", "aligned", "opening", "gap", "apart"):
-            object.__setattr__(self, name, checks.positive(name, getattr(self, name)))
-        for name, most in (("near", FAR), ("aligned", np.pi / 2)):
-            if getattr(self, name) >= most:
-                raise ValueError(f"{name} must be below {most:.4g}, got {getattr(self, name):g}")
-        scales = checks.array("scales", self.scales, ("n",))
-        if not (len(scales) and (scales > 0).all()):
-            raise ValueError(f"scales must be positive, one at least, got {scales.tolist()}")
-        object.__setattr__(self, "scales", tuple(scales.tolist()))
-        object.__setattr__(self, "refined", checks.whole("refined", self.refined, 1, 10**4))
-        object.__setattr__(self, "least", checks.share("least", self.least))
+    near: Annotated[float, _below(FAR)] = 2.0
+    aligned: Annotated[float, _below(np.pi / 2)] = np.deg2rad(20.0)
+    opening: Annotated[float, checks.positive] = np.deg2rad(12.0)
+    gap: Positive = 8.0
+    scales: Annotated[tuple[float, ...], _scales] = (1.0,)
+    refined: Annotated[int, from_to(1, 10**4)] = 30
+    apart: Positive = 6.0
+    least: Share = 0.4
+    __post_init__ = checked
 
 
 @dataclass(frozen=True, eq=False, slots=True)

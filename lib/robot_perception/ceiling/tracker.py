@@ -16,6 +16,7 @@ visual memory and pattern tracking".
 """
 
 from dataclasses import dataclass, field, replace
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Bool, Float, Float32, UInt8
@@ -25,6 +26,15 @@ from robot_perception.beliefs import ParticleSet
 from robot_perception.ceiling.contours import check_size, picture, picture_size
 from robot_perception.ceiling.patterns import Decay, Pattern, correlations, deviations
 from robot_perception.extras import needing
+from robot_perception.fields import (
+    Positive,
+    Share,
+    at_least,
+    checked,
+    from_to,
+    numbers,
+    one_of,
+)
 from robot_perception.geometry.angles import wrap_angle
 from robot_perception.particles import condensation
 
@@ -76,34 +86,31 @@ class TrackerRules:
     passes
         Further looks at the same picture, each with a random walk of a third of the last one's
         deviations; 0 in the paper.
-
-    Raises
-    ------
-    ValueError
-        If a number is out of its range, or a word is none of these.
     """
 
-    particles: int = 200
-    sigmas: tuple[float, float, float, float] = (5.0, 5.0, np.deg2rad(3.0), 0.1)
-    deviation: float = 4.0
-    worst: float = 3.0
-    tolerated: float = 0.3
-    bad: str = "at worst"
-    smoothing: str = "difference"
-    passes: int = 0
+    particles: Annotated[int, from_to(1, 10**6)] = 200
+    sigmas: Annotated[tuple[float, float, float, float], numbers(4, at_least(0))] = (
+        5.0,
+        5.0,
+        np.deg2rad(3.0),
+        0.1,
+    )
+    deviation: Positive = 4.0
+    worst: Positive = 3.0
+    tolerated: Share = 0.3
+    bad: Annotated[str, one_of("left out", "at worst")] = "at worst"
+    smoothing: Annotated[str, one_of("none", "scale", "difference")] = "difference"
+    passes: Annotated[int, from_to(0, 10)] = 0
+    __post_init__ = checked
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "particles", checks.whole("particles", self.particles, 1, 10**6))
-        sigmas = checks.array("sigmas", self.sigmas, (4,))
-        if (sigmas < 0).any():
-            raise ValueError(f"sigmas must not be negative, got {sigmas.tolist()}")
-        object.__setattr__(self, "sigmas", tuple(sigmas.tolist()))
-        for name in ("deviation", "worst"):
-            object.__setattr__(self, name, checks.positive(name, getattr(self, name)))
-        object.__setattr__(self, "tolerated", checks.share("tolerated", self.tolerated))
-        object.__setattr__(self, "passes", checks.whole("passes", self.passes, 0, 10))
-        checks.one_of("bad", self.bad, ("left out", "at worst"))
-        checks.one_of("smoothing", self.smoothing, ("none", "scale", "difference"))
+
+def _scaled(name: str, particles: ParticleSet) -> ParticleSet:
+    """Return samples of four numbers each whose scales are positive."""
+    states = checks.instance(name, particles, ParticleSet).states
+    checks.shaped(f"{name}.states", states, ("m", 4))
+    if not (states[:, 3] > 0).all():
+        raise ValueError(f"{name} must have a positive scale, got {states[:, 3].min():g}")
+    return particles
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -124,22 +131,16 @@ class PatternState:
     Raises
     ------
     ValueError
-        If the particles are not one set of four numbers each, a scale is not positive, the count is
-        negative, or the size is none.
+        If the particles are not one set of four numbers each, or a scale is not positive.
     """
 
-    particles: ParticleSet
+    particles: Annotated[ParticleSet, _scaled]
     pose: Float[np.ndarray, " 4"] = field(init=False)
-    lost: int = 0
-    size: tuple[int, int] | None = None
+    lost: Annotated[int, from_to(0)] = 0
+    size: Annotated[tuple[int, int] | None, picture_size] = None
 
     def __post_init__(self) -> None:
-        states = checks.instance("particles", self.particles, ParticleSet).states
-        checks.shaped("particles.states", states, ("m", 4))
-        if not (states[:, 3] > 0).all():
-            raise ValueError(f"particles must have a positive scale, got {states[:, 3].min():g}")
-        object.__setattr__(self, "lost", checks.whole("lost", self.lost, 0))
-        object.__setattr__(self, "size", picture_size("size", self.size))
+        checked(self)
         object.__setattr__(self, "pose", _mean(self.particles))
 
 
@@ -282,10 +283,7 @@ class PatternTracker:
 
     pattern: Pattern
     rules: TrackerRules = field(default_factory=TrackerRules)
-
-    def __post_init__(self) -> None:
-        checks.instance("pattern", self.pattern, Pattern)
-        checks.instance("rules", self.rules, TrackerRules)
+    __post_init__ = checked
 
     def start(self, pose: Float[np.ndarray, " 4"]) -> PatternState:
         """Return the state of a pattern whose place is known.

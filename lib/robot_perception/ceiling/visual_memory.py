@@ -14,7 +14,7 @@ import heapq
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Protocol, TypeVar
+from typing import Annotated, Protocol, TypeVar
 
 import numpy as np
 from jaxtyping import Float
@@ -22,6 +22,7 @@ from jaxtyping import Float
 from robot_perception import checks
 from robot_perception.ceiling import _sightings
 from robot_perception.ceiling.mosaic import Mosaic, NoCommonPattern
+from robot_perception.fields import Positive, checked, from_to, numbers, up_to
 from robot_perception.geometry import se2, wrap_angle
 
 __all__ = [
@@ -53,24 +54,29 @@ class KeyImage:
     sightings
         The pose of each pattern in the image by its name: x, y, θ, s in px, px, rad, 1.
 
-    Raises
-    ------
-    ValueError
-        If a sighting is not four finite numbers.
-
     References
     ----------
     Section 2.4.
     """
 
-    sightings: Mapping[str, Float[np.ndarray, "4"]]
+    sightings: Mapping[str, Annotated[Float[np.ndarray, "4"], _sightings.own]]
+    __post_init__ = checked
 
-    def __post_init__(self) -> None:
-        copies = {
-            name: pose.copy()
-            for name, pose in _sightings.sightings("sightings", self.sightings).items()
-        }
-        object.__setattr__(self, "sightings", copies)
+
+def key_images(name: str, route: Sequence[KeyImage]) -> tuple[KeyImage, ...]:
+    """Return key images, one at least."""
+    found = checks.instances(name, route, KeyImage)
+    if not found:
+        raise ValueError(f"{name} must have a key image, got none")
+    return found
+
+
+def _shift(name: str, value: float) -> float:
+    """Return a positive number, which may be infinite."""
+    found = checks.number(name, value, finite=False)
+    if found <= 0:
+        raise ValueError(f"{name} must be positive, got {found}")
+    return found
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,24 +93,12 @@ class KeyRules:
     shift
         No pattern that both have moves farther, px. Ours; the paper has no such condition, and
         neither have we unless a number is given.
-
-    Raises
-    ------
-    ValueError
-        If a threshold is not positive or no pattern need be common.
     """
 
-    turn: float = math.radians(15)
-    common: int = 1
-    shift: float = math.inf
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "turn", checks.positive("turn", self.turn))
-        object.__setattr__(self, "common", checks.whole("common", self.common, 1))
-        shift = checks.number("shift", self.shift, finite=False)
-        if shift <= 0:
-            raise ValueError(f"shift must be positive, got {shift}")
-        object.__setattr__(self, "shift", shift)
+    turn: Annotated[float, checks.positive] = math.radians(15)
+    common: Annotated[int, from_to(1)] = 1
+    shift: Annotated[float, _shift] = math.inf
+    __post_init__ = checked
 
 
 @dataclass(frozen=True, slots=True)
@@ -251,9 +245,7 @@ class PathGraph:
 
     rules: KeyRules = JOINTS
     trajectories: tuple[Trajectory, ...] = field(init=False, default=())
-
-    def __post_init__(self) -> None:
-        checks.instance("rules", self.rules, KeyRules)
+    __post_init__ = checked
 
     @property
     def places(self) -> tuple[str, ...]:
@@ -446,32 +438,26 @@ class ServoRules:
     ValueError
         If the law is not stable with these gains: :math:`k_\rho > 0`, :math:`k_\alpha > k_\rho`,
         :math:`k_\beta < 0`, and :math:`k_\alpha > 2 \lvert k_\beta \rvert`, which lets a robot that
-        looks away turn round; or a number is out of its range.
+        looks away turn round.
 
     Notes
     -----
     All numbers are ours.
     """
 
-    gain_distance: float = 0.3
-    gain_bearing: float = 1.5
+    gain_distance: Annotated[float, up_to(_sightings.LARGEST)] = 0.3
+    gain_bearing: Annotated[float, up_to(_sightings.LARGEST)] = 1.5
     gain_heading: float = -0.7
-    fastest: float = 0.3
-    fastest_turn: float = 1.0
-    tolerance: float = 0.05
+    fastest: Annotated[float, up_to(_sightings.LARGEST)] = 0.3
+    fastest_turn: Annotated[float, up_to(_sightings.LARGEST)] = 1.0
+    tolerance: Annotated[float, up_to(_sightings.LARGEST)] = 0.05
 
     def __post_init__(self) -> None:
-        for name in ("gain_distance", "gain_bearing", "fastest", "fastest_turn", "tolerance"):
-            value = checks.moderate(
-                name, checks.positive(name, getattr(self, name)), _sightings.LARGEST
-            )
-            object.__setattr__(self, name, value)
-        beta = checks.number("gain_heading", self.gain_heading)
-        object.__setattr__(self, "gain_heading", beta)
-        if not -self.gain_bearing / 2 < beta < 0:
+        checked(self)
+        if not -self.gain_bearing / 2 < self.gain_heading < 0:
             raise ValueError(
                 "gain_heading must be negative and less than half of gain_bearing "
-                f"{self.gain_bearing:g}, got {beta:g}"
+                f"{self.gain_bearing:g}, got {self.gain_heading:g}"
             )
         if self.gain_bearing <= self.gain_distance:
             raise ValueError(
@@ -698,33 +684,21 @@ class Follower:
     Raises
     ------
     ValueError
-        If there is no key image, or a number is out of its range.
+        If there is no key image.
 
     References
     ----------
     Section 2.4.
     """
 
-    route: Sequence[KeyImage]
-    centre: tuple[float, float]
-    scale: float = 1.0
+    route: Annotated[Sequence[KeyImage], key_images]
+    centre: Annotated[tuple[float, float], numbers(2)]
+    scale: Positive = 1.0
     servo: ServoRules = field(default_factory=ServoRules)
-    near: float = 0.25
+    near: Positive = 0.25
     behind: bool = True
     mosaic: Mosaic | None = None
-
-    def __post_init__(self) -> None:
-        route = checks.instances("route", self.route, KeyImage)
-        if not route:
-            raise ValueError("route must have a key image, got none")
-        object.__setattr__(self, "route", route)
-        centre = checks.array("centre", self.centre, (2,))
-        object.__setattr__(self, "centre", tuple(centre.tolist()))
-        object.__setattr__(self, "scale", checks.positive("scale", self.scale))
-        checks.instance("servo", self.servo, ServoRules)
-        object.__setattr__(self, "near", checks.positive("near", self.near))
-        checks.flag("behind", self.behind)
-        checks.instance("mosaic", self.mosaic, Mosaic, type(None))
+    __post_init__ = checked
 
     def steer(self, sightings: Mapping[str, Float[np.ndarray, " 4"]], key: int = 0) -> Steering:
         """Return which key image comes next, and the command that leads there.

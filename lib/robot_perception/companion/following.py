@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from typing import final
 
 from robot_perception import checks
+from robot_perception.fields import Positive, checked
 
 __all__ = ["Follower"]
 
@@ -40,23 +41,15 @@ class Follower:
         Largest turn rate, rad/s.
     most_speed
         Largest speed, m/s; backwards a third of it.
-
-    Raises
-    ------
-    ValueError
-        If a number is not positive and finite.
     """
 
-    focal: float
-    height: float
-    turn_gain: float = 2.5
-    speed_gain: float = 2.0
-    most_turn: float = 1.5
-    most_speed: float = 1.2
-
-    def __post_init__(self) -> None:
-        for name in self.__slots__:
-            object.__setattr__(self, name, checks.positive(name, getattr(self, name)))
+    focal: Positive
+    height: Positive
+    turn_gain: Positive = 2.5
+    speed_gain: Positive = 2.0
+    most_turn: Positive = 1.5
+    most_speed: Positive = 1.2
+    __post_init__ = checked
 
     def command(self, offset: float, height: float) -> tuple[float, float]:
         """Return speed (m/s) and turn rate (rad/s, to the left).

@@ -13,9 +13,10 @@ from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import Any, final
+from typing import Annotated, Any, final
 
 from robot_perception import checks
+from robot_perception.fields import checked, from_to
 
 __all__ = [
     "Event",
@@ -28,6 +29,21 @@ __all__ = [
 ]
 
 Percepts = Mapping[str, Any]
+
+
+def _named(name: str, value: Any) -> str:
+    """Return a text that is not blank."""
+    if not checks.instance(name, value, str).strip():
+        raise ValueError(f"{name} must be a name, got {value!r}")
+    return value
+
+
+Name = Annotated[str, _named]
+
+
+def _arrows(name: str, value: Any) -> tuple["Transition", ...]:
+    """Return the arrows of a tuple or a list, whose order counts."""
+    return checks.instances(name, checks.instance(name, value, tuple, list), Transition)
 
 
 @final
@@ -45,16 +61,15 @@ class Transition:
     Raises
     ------
     ValueError
-        If a name is empty, or the arrow leads nowhere else.
+        If the arrow leads nowhere else.
     """
 
-    source: str
-    event: str
-    target: str
+    source: Name
+    event: Name
+    target: Name
 
     def __post_init__(self) -> None:
-        for name in ("source", "event", "target"):
-            _named(name, getattr(self, name))
+        checked(self)
         if self.source == self.target:
             raise ValueError(f"target must be another state than source, got {self.target!r} twice")
 
@@ -78,15 +93,12 @@ class StateTable:
         be reached from the start; the message names them.
     """
 
-    start: str
-    transitions: tuple[Transition, ...]
+    start: Name
+    transitions: Annotated[tuple[Transition, ...], _arrows]
 
     def __post_init__(self) -> None:
-        _named("start", self.start)
-        arrows = tuple(checks.instance("transitions", self.transitions, tuple, list))
-        for arrow in arrows:
-            checks.instance("transitions", arrow, Transition)
-        object.__setattr__(self, "transitions", arrows)
+        checked(self)
+        arrows = self.transitions
         seen: set[tuple[str, str]] = set()
         for arrow in arrows:
             if (arrow.source, arrow.event) in seen:
@@ -180,21 +192,11 @@ class Event:
         Function of the percepts that returns whether it is so in this picture.
     pictures
         For how many pictures in a row it must be so.
-
-    Raises
-    ------
-    TypeError
-        If the rule cannot be called.
-    ValueError
-        If ``pictures`` is not 1 or more.
     """
 
     rule: Callable[[Percepts], bool]
-    pictures: int = 1
-
-    def __post_init__(self) -> None:
-        checks.instance("rule", self.rule, Callable)
-        object.__setattr__(self, "pictures", checks.whole("pictures", self.pictures, 1, 10**6))
+    pictures: Annotated[int, from_to(1, 10**6)] = 1
+    __post_init__ = checked
 
 
 @final
@@ -212,17 +214,15 @@ class InteractionState:
         For how many pictures in a row each event has been so, since the state was entered.
     """
 
-    name: str
-    pictures: int = 0
-    runs: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
+    name: Name
+    pictures: Annotated[int, from_to(0)] = 0
+    runs: Mapping[str, Annotated[int, from_to(0)]] = field(
+        default_factory=lambda: MappingProxyType({})
+    )
 
     def __post_init__(self) -> None:
-        _named("name", self.name)
-        object.__setattr__(self, "pictures", checks.whole("pictures", self.pictures, 0))
-        runs = dict(checks.instance("runs", self.runs, Mapping))
-        for event, run in runs.items():
-            checks.whole(f"runs[{event!r}]", run, 0)
-        object.__setattr__(self, "runs", MappingProxyType(runs))
+        checked(self)
+        object.__setattr__(self, "runs", MappingProxyType(self.runs))
 
 
 @final
@@ -270,13 +270,10 @@ class Interaction:
     events: Mapping[str, Event]
 
     def __post_init__(self) -> None:
-        checks.instance("table", self.table, StateTable)
-        events = dict(checks.instance("events", self.events, Mapping))
-        for event in events.values():
-            checks.instance("events", event, Event)
-        if apart := sorted(set(events) ^ set(self.table.events)):
+        checked(self)
+        if apart := sorted(set(self.events) ^ set(self.table.events)):
             raise ValueError(f"events must be those of the table, one a rule; apart are {apart}")
-        object.__setattr__(self, "events", MappingProxyType(events))
+        object.__setattr__(self, "events", MappingProxyType(self.events))
 
     def start(self) -> InteractionState:
         """Return the state before the first picture."""
@@ -363,9 +360,3 @@ def paper_table(*, halt: bool = True) -> StateTable:
             Transition("gesture", "hand down", "idle"),
         ),
     )
-
-
-def _named(name: str, value: Any) -> str:
-    if not checks.instance(name, value, str).strip():
-        raise ValueError(f"{name} must be a name, got {value!r}")
-    return value

@@ -23,8 +23,8 @@ Fig. 2; all numbers are ours.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from types import MappingProxyType
-from typing import final
+from types import MappingProxyType, NoneType
+from typing import Annotated, final
 
 import numpy as np
 from jaxtyping import Float, UInt8
@@ -47,6 +47,7 @@ from robot_perception.companion.interaction import (
 )
 from robot_perception.companion.tutor import TutorModel, TutorRules, TutorState, TutorTracker
 from robot_perception.extras import needing
+from robot_perception.fields import Positive, any_of, checked, from_to
 
 with needing():
     import cv2
@@ -138,25 +139,14 @@ class RobotRules:
         Pictures without a hand after which a hand is a new one.
     fresh
         Whether the hand that ends the following must have been down before.
-
-    Raises
-    ------
-    ValueError
-        If a number is out of range.
     """
 
     link: LinkRules = field(default_factory=lambda: LinkRules(patience=40))
-    face_window: float = 3.0
-    hand_window: float = 5.0
-    down: int = 5
+    face_window: Positive = 3.0
+    hand_window: Positive = 5.0
+    down: Annotated[int, from_to(1, 10**6)] = 5
     fresh: bool = True
-
-    def __post_init__(self) -> None:
-        checks.instance("link", self.link, LinkRules)
-        for name in ("face_window", "hand_window"):
-            object.__setattr__(self, name, checks.positive(name, getattr(self, name)))
-        object.__setattr__(self, "down", checks.whole("down", self.down, 1, 10**6))
-        checks.flag("fresh", self.fresh)
+    __post_init__ = checked
 
 
 @final
@@ -182,23 +172,20 @@ class RobotState:
     Raises
     ------
     ValueError
-        If a person is tracked without a link, or a number is out of range.
+        If a person is tracked without a link.
     """
 
     interaction: InteractionState
     link: Link | None = None
     person: TutorState | None = None
-    quiet: int = 0
+    quiet: Annotated[int, from_to(0)] = 0
     fresh: bool = True
-    place: RegionState | FaceFilterState | None = None
+    place: Annotated[
+        RegionState | FaceFilterState | None, any_of(RegionState, FaceFilterState, NoneType)
+    ] = None
 
     def __post_init__(self) -> None:
-        checks.instance("interaction", self.interaction, InteractionState)
-        checks.instance("place", self.place, RegionState, FaceFilterState, type(None))
-        checks.instance("link", self.link, Link, type(None))
-        checks.instance("person", self.person, TutorState, type(None))
-        object.__setattr__(self, "quiet", checks.whole("quiet", self.quiet, 0))
-        checks.flag("fresh", self.fresh)
+        checked(self)
         if self.person is not None and self.link is None:
             raise ValueError("link must be there where person is, got none")
 
@@ -268,17 +255,14 @@ class CompanionRobot:
         Numbers.
     follower
         How the robot drives; without one it stands.
-
-    Raises
-    ------
-    TypeError
-        If a part is of another type.
     """
 
     recognise: Recognise
     hands: HandDetector
     faces: FaceDetector = field(default_factory=lambda: FaceDetector(scale=1.05, neighbours=2))
-    face_tracking: FaceTracker | FaceFilter | None = None
+    face_tracking: Annotated[
+        FaceTracker | FaceFilter | None, any_of(FaceTracker, FaceFilter, NoneType)
+    ] = None
     verify: Callable[[Link, SeenFace], bool] = same_name
     tracker: TutorTracker = field(
         default_factory=lambda: TutorTracker(TutorModel(), TutorRules(gate=0.3, whole_gate=0.4))
@@ -286,17 +270,7 @@ class CompanionRobot:
     interaction: Interaction = field(default_factory=lambda: Interaction(paper_table(), EVENTS))
     rules: RobotRules = field(default_factory=RobotRules)
     follower: Follower | None = None
-
-    def __post_init__(self) -> None:
-        checks.instance("recognise", self.recognise, Callable)
-        checks.instance("hands", self.hands, HandDetector)
-        checks.instance("faces", self.faces, FaceDetector)
-        checks.instance("face_tracking", self.face_tracking, FaceTracker, FaceFilter, type(None))
-        checks.instance("verify", self.verify, Callable)
-        checks.instance("tracker", self.tracker, TutorTracker)
-        checks.instance("interaction", self.interaction, Interaction)
-        checks.instance("rules", self.rules, RobotRules)
-        checks.instance("follower", self.follower, Follower, type(None))
+    __post_init__ = checked
 
     def start(self) -> RobotState:
         """Return the state before the first picture."""

@@ -18,7 +18,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import final
+from typing import Annotated, final
 
 import numpy as np
 from jaxtyping import Bool, Float, UInt8
@@ -34,6 +34,7 @@ from robot_perception.companion.cues import (
     patch_points,
 )
 from robot_perception.extras import needing
+from robot_perception.fields import Positive, Share, checked, from_to, not_empty
 from robot_perception.particles import condensation
 
 with needing():
@@ -75,6 +76,14 @@ SILHOUETTE = np.concatenate([_SIDE * [-1, 1], _SIDE])
 """Points of the outline of head and shoulders (22, 2), in the same unit."""
 
 
+def _with_sizes(name: str, value: np.ndarray) -> np.ndarray:
+    """Return boxes, one at least, each with a width and a height."""
+    if not len(value) or not value[:, 2:].min() > 0:
+        least = f"{value[:, 2:].min():g}" if len(value) else "none"
+        raise ValueError(f"{name} must be one at least, with a width and a height, got {least}")
+    return value
+
+
 @final
 @dataclass(frozen=True, eq=False, slots=True)
 class TutorModel:
@@ -90,33 +99,19 @@ class TutorModel:
     cues
         More cues, by the user's names: functions of the picture and of states (m, 4) that return
         the logarithm of a likelihood for each.
-
-    Raises
-    ------
-    ValueError
-        If there is no patch, one has no size, or a value is not finite.
-    TypeError
-        If a cue cannot be called.
     """
 
-    patches: Float[np.ndarray, "p 4"] = field(default_factory=lambda: PATCHES)
-    contour: Float[np.ndarray, "n 2"] | None = field(default_factory=lambda: SILHOUETTE)
+    patches: Annotated[Float[np.ndarray, "p 4"], _with_sizes] = field(
+        default_factory=lambda: PATCHES
+    )
+    contour: Annotated[Float[np.ndarray, "n 2"], not_empty] | None = field(
+        default_factory=lambda: SILHOUETTE
+    )
     cues: Mapping[str, Cue] = field(default_factory=lambda: MappingProxyType({}))
 
     def __post_init__(self) -> None:
-        patches = checks.array("patches", self.patches, ("p", 4))
-        if not len(patches) or not patches[:, 2:].min() > 0:
-            raise ValueError("patches must be one at least, with a width and a height")
-        object.__setattr__(self, "patches", patches)
-        if self.contour is not None:
-            contour = checks.array("contour", self.contour, ("n", 2))
-            if not len(contour):
-                raise ValueError("contour must have a point, or be None")
-            object.__setattr__(self, "contour", contour)
-        cues = dict(checks.instance("cues", self.cues, Mapping))
-        for name, cue in cues.items():
-            checks.instance(f"cues[{name!r}]", cue, Callable)
-        object.__setattr__(self, "cues", MappingProxyType(cues))
+        checked(self)
+        object.__setattr__(self, "cues", MappingProxyType(self.cues))
 
 
 @final
@@ -145,33 +140,20 @@ class TutorRules:
         hidden; 1 for never.
     bins, grid
         Of the histograms of `patch_histograms`.
-
-    Raises
-    ------
-    ValueError
-        If a number is out of range.
     """
 
-    particles: int = 200
-    move: float = 0.06
-    turn: float = 0.03
-    grow: float = 0.03
-    colour_sigma: float = 0.12
-    shape_sigma: float = 3.0
-    rate: float = 0.05
-    gate: float = 0.35
-    whole_gate: float = 0.45
-    bins: int = 8
-    grid: int = 8
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "particles", checks.whole("particles", self.particles, 2, 10**6))
-        for name in ("move", "turn", "grow", "colour_sigma", "shape_sigma"):
-            object.__setattr__(self, name, checks.positive(name, getattr(self, name)))
-        for name in ("rate", "gate", "whole_gate"):
-            object.__setattr__(self, name, checks.share(name, getattr(self, name)))
-        object.__setattr__(self, "bins", checks.whole("bins", self.bins, 2, 256))
-        object.__setattr__(self, "grid", checks.whole("grid", self.grid, 2, 256))
+    particles: Annotated[int, from_to(2, 10**6)] = 200
+    move: Positive = 0.06
+    turn: Positive = 0.03
+    grow: Positive = 0.03
+    colour_sigma: Positive = 0.12
+    shape_sigma: Positive = 3.0
+    rate: Share = 0.05
+    gate: Share = 0.35
+    whole_gate: Share = 0.45
+    bins: Annotated[int, from_to(2, 256)] = 8
+    grid: Annotated[int, from_to(2, 256)] = 8
+    __post_init__ = checked
 
 
 @final
@@ -191,15 +173,11 @@ class TutorState:
 
     particles: ParticleSet
     reference: Float[np.ndarray, "p 3 bins"]
-    missed: int = 0
+    missed: Annotated[int, from_to(0)] = 0
 
     def __post_init__(self) -> None:
-        states = checks.instance("particles", self.particles, ParticleSet).states
-        checks.shaped("particles.states", states, ("m", 4))
-        object.__setattr__(
-            self, "reference", checks.array("reference", self.reference, ("p", 3, "bins"))
-        )
-        object.__setattr__(self, "missed", checks.whole("missed", self.missed, 0))
+        checked(self)
+        checks.shaped("particles.states", self.particles.states, ("m", 4))
 
     @property
     def estimate(self) -> Float[np.ndarray, " 4"]:
@@ -261,10 +239,7 @@ class TutorTracker:
 
     model: TutorModel = field(default_factory=TutorModel)
     rules: TutorRules = field(default_factory=TutorRules)
-
-    def __post_init__(self) -> None:
-        checks.instance("model", self.model, TutorModel)
-        checks.instance("rules", self.rules, TutorRules)
+    __post_init__ = checked
 
     def start(
         self, image: Image, box: Float[np.ndarray, " 4"], *, rng: np.random.Generator

@@ -1,7 +1,7 @@
 """Faces found by OpenCV's boosted cascade of Haar-like features."""
 
 from dataclasses import dataclass, field
-from typing import Any, final
+from typing import Annotated, Any, final
 
 import numpy as np
 from jaxtyping import Float, UInt8
@@ -9,6 +9,7 @@ from jaxtyping import Float, UInt8
 from robot_perception import checks
 from robot_perception.companion.boxes import grey_picture, known_sides, within
 from robot_perception.extras import needing
+from robot_perception.fields import above, checked, from_to
 
 with needing():
     import cv2
@@ -40,9 +41,8 @@ class FaceDetector:
     Raises
     ------
     ValueError
-        If the scale is not above 1, ``neighbours`` is negative, the picture is enlarged more than
-        four times, or the least side is below that of the cascade, 24 px in the enlarged picture,
-        or above the largest.
+        If the least side is below that of the cascade, 24 px in the enlarged picture, or above the
+        largest.
 
     References
     ----------
@@ -51,21 +51,18 @@ class FaceDetector:
     ones; the paper names none.
     """
 
-    scale: float = 1.1
-    neighbours: int = 4
+    scale: Annotated[float, above(1, 10)] = 1.1
+    neighbours: Annotated[int, from_to(0, 1000)] = 4
     least: int = SMALLEST
     most: int = 10_000
-    enlarge: int = 1
+    enlarge: Annotated[int, from_to(1, 4)] = 1
     _cascade: Any = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        if not checks.number("scale", self.scale) > 1.0 or self.scale > 10:
-            raise ValueError(f"scale must be above 1 and at most 10, got {self.scale}")
-        object.__setattr__(self, "neighbours", checks.whole("neighbours", self.neighbours, 0, 1000))
-        object.__setattr__(self, "enlarge", checks.whole("enlarge", self.enlarge, 1, 4))
+        checked(self)
         low = SMALLEST // self.enlarge
-        object.__setattr__(self, "most", checks.whole("most", self.most, low, 10**6))
-        object.__setattr__(self, "least", checks.whole("least", self.least, low, self.most))
+        most = checks.whole("most", self.most, low, 10**6)
+        checks.whole("least", self.least, low, most)
         cascade = cv2.CascadeClassifier(cv2.data.haarcascades + FRONTAL)
         object.__setattr__(self, "_cascade", cascade)
 

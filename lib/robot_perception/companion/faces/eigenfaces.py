@@ -15,12 +15,13 @@ gallery in it. Who is far from face space is no face, who is far from everybody 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import final
+from typing import Annotated, Any, final
 
 import numpy as np
 from jaxtyping import Float
 
 from robot_perception import checks
+from robot_perception.fields import above_zero, checked, not_empty
 
 __all__ = ["Eigenfaces", "Recognition", "enrol"]
 
@@ -59,6 +60,14 @@ class Recognition:
     descriptor: Float[np.ndarray, " k"]
 
 
+def _threshold(name: str, value: Any) -> float:
+    """Return a number of at least 0, which may be infinite."""
+    found = checks.number(name, value, finite=False)
+    if not found >= 0:
+        raise ValueError(f"{name} must not be negative, got {checks.shown(value)}")
+    return found
+
+
 @final
 @dataclass(frozen=True, eq=False, slots=True)
 class Eigenfaces:
@@ -85,7 +94,7 @@ class Eigenfaces:
     Raises
     ------
     ValueError
-        If shapes do not fit, a value is not finite, or a threshold is negative.
+        If there are not as many names as descriptors, or none.
 
     References
     ----------
@@ -93,36 +102,22 @@ class Eigenfaces:
     which asks for 20 eigenimages.
     """
 
-    mean: Face
+    mean: Annotated[Face, not_empty]
     images: Float[np.ndarray, "k rows columns"]
-    deviations: Float[np.ndarray, " k"]
+    deviations: Annotated[Float[np.ndarray, " k"], above_zero]
     names: tuple[str, ...]
     descriptors: Float[np.ndarray, "n k"]
     whiten: bool = False
-    most_distance: float = np.inf
-    most_from_space: float = np.inf
+    most_distance: Annotated[float, _threshold] = np.inf
+    most_from_space: Annotated[float, _threshold] = np.inf
     _flat: np.ndarray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        mean = checks.array("mean", self.mean, ("rows", "columns"))
-        if not mean.size:
-            raise ValueError("mean must not be empty")
-        images = checks.array("images", self.images, ("k", *mean.shape))
-        deviations = checks.array("deviations", self.deviations, (len(images),))
-        names = checks.instances("names", self.names, str)
-        rows = checks.array("descriptors", self.descriptors, ("n", len(images)))
-        if not names or len(names) != len(rows):
-            raise ValueError(f"names must be {len(rows)}, as the descriptors, got {len(names)}")
-        if not (deviations > 0).all():
-            raise ValueError(f"deviations must be positive, got {deviations.min():g}")
-        checks.flag("whiten", self.whiten)
-        for name in ("most_distance", "most_from_space"):
-            if not checks.number(name, getattr(self, name), finite=False) >= 0:
-                raise ValueError(f"{name} must not be negative, got {getattr(self, name)}")
-        parts = {"mean": mean, "images": images, "deviations": deviations, "descriptors": rows}
-        for name, part in {**parts, "names": names}.items():
-            object.__setattr__(self, name, part)
-        object.__setattr__(self, "_flat", images.reshape(len(images), -1))
+        checked(self)
+        names, count = len(self.names), len(self.descriptors)
+        if not names or names != count:
+            raise ValueError(f"names must be {count}, as the descriptors, got {names}")
+        object.__setattr__(self, "_flat", self.images.reshape(len(self.images), -1))
 
     @classmethod
     def learn(

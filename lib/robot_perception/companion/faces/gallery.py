@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import final
+from typing import Annotated, final
 
 import numpy as np
 from jaxtyping import Float, UInt8
@@ -11,6 +11,7 @@ from robot_perception import checks
 from robot_perception.companion.boxes import crop
 from robot_perception.companion.faces.detection import FaceDetector
 from robot_perception.companion.faces.eigenfaces import Eigenfaces, Recognition, enrol
+from robot_perception.fields import checked, from_to
 
 __all__ = ["Gallery"]
 
@@ -35,12 +36,8 @@ class Gallery:
 
     known: Eigenfaces
     equalise: bool = False
-    faceless: int = 0
-
-    def __post_init__(self) -> None:
-        checks.instance("known", self.known, Eigenfaces)
-        checks.flag("equalise", self.equalise)
-        object.__setattr__(self, "faceless", checks.whole("faceless", self.faceless, 0))
+    faceless: Annotated[int, from_to(0)] = 0
+    __post_init__ = checked
 
     @classmethod
     def learn(

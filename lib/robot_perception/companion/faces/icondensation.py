@@ -15,7 +15,7 @@ so that the detections say where to look, and not what to believe. With α = 0 i
 """
 
 from dataclasses import dataclass, field
-from typing import final
+from typing import Annotated, Any, final
 
 import numpy as np
 from jaxtyping import Float, UInt8
@@ -31,6 +31,7 @@ from robot_perception.companion.cues import (
     patch_points,
 )
 from robot_perception.extras import needing
+from robot_perception.fields import Positive, Share, checked, from_to
 from robot_perception.particles import effective_number, systematic
 
 with needing():
@@ -47,6 +48,22 @@ TOGETHER = 1_000_000
 """Pairs of particles whose densities are held in memory at a time."""
 
 Image = UInt8[np.ndarray, "height width 3"]
+
+
+def _part(name: str, value: Any) -> float:
+    """Return a share that is less than the whole."""
+    found = checks.share(name, value)
+    if not found < 1:
+        raise ValueError(f"{name} must be below 1, got {checks.shown(value)}")
+    return found
+
+
+def _sides(name: str, value: Any) -> tuple[float, float]:
+    """Return two positive numbers of which the second is the larger."""
+    low, high = checks.vector(name, value, 2).tolist()
+    if not 0 < low < high:
+        raise ValueError(f"{name} must rise from above 0, got {low:g} and {high:g}")
+    return low, high
 
 
 @final
@@ -74,37 +91,20 @@ class FaceFilterRules:
         Smallest and largest side of a face, px.
     bins
         Of the histograms.
-
-    Raises
-    ------
-    ValueError
-        If a number is out of range.
     """
 
-    particles: int = 150
-    move: float = 0.10
-    grow: float = 0.05
-    anywhere: float = 0.02
-    steered: float = 0.5
-    place_sigma: float = 0.08
-    side_sigma: float = 0.08
-    colour_sigma: float = 0.08
-    shape_sigma: float = 3.0
-    sides: tuple[float, float] = (24.0, 160.0)
-    bins: int = 8
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "particles", checks.whole("particles", self.particles, 2, 10**6))
-        for name in ("move", "grow", "place_sigma", "side_sigma", "colour_sigma", "shape_sigma"):
-            object.__setattr__(self, name, checks.positive(name, getattr(self, name)))
-        object.__setattr__(self, "anywhere", checks.share("anywhere", self.anywhere))
-        if not checks.share("steered", self.steered) < 1:
-            raise ValueError(f"steered must be below 1, got {self.steered}")
-        low, high = checks.vector("sides", self.sides, 2).tolist()
-        if not 0 < low < high:
-            raise ValueError(f"sides must rise from above 0, got {low:g} and {high:g}")
-        object.__setattr__(self, "sides", (low, high))
-        object.__setattr__(self, "bins", checks.whole("bins", self.bins, 2, 256))
+    particles: Annotated[int, from_to(2, 10**6)] = 150
+    move: Positive = 0.10
+    grow: Positive = 0.05
+    anywhere: Share = 0.02
+    steered: Annotated[float, _part] = 0.5
+    place_sigma: Positive = 0.08
+    side_sigma: Positive = 0.08
+    colour_sigma: Positive = 0.08
+    shape_sigma: Positive = 3.0
+    sides: Annotated[tuple[float, float], _sides] = (24.0, 160.0)
+    bins: Annotated[int, from_to(2, 256)] = 8
+    __post_init__ = checked
 
 
 @final
@@ -121,14 +121,11 @@ class FaceFilterState:
     """
 
     particles: ParticleSet
-    reference: Float[np.ndarray, "p 3 bins"]
+    reference: Float[np.ndarray, "2 3 bins"]
 
     def __post_init__(self) -> None:
-        states = checks.instance("particles", self.particles, ParticleSet).states
-        checks.shaped("particles.states", states, ("m", 3))
-        object.__setattr__(
-            self, "reference", checks.array("reference", self.reference, (len(PATCHES), 3, "bins"))
-        )
+        checked(self)
+        checks.shaped("particles.states", self.particles.states, ("m", 3))
 
     @property
     def box(self) -> Float[np.ndarray, " 4"]:
@@ -177,9 +174,7 @@ class FaceFilter:
     """
 
     rules: FaceFilterRules = field(default_factory=FaceFilterRules)
-
-    def __post_init__(self) -> None:
-        checks.instance("rules", self.rules, FaceFilterRules)
+    __post_init__ = checked
 
     def start(
         self, image: Image, box: Float[np.ndarray, " 4"], *, rng: np.random.Generator

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import final
+from typing import Annotated, final
 
 import numpy as np
 from jaxtyping import Float
@@ -10,6 +10,7 @@ from jaxtyping import Float
 from robot_perception import checks
 from robot_perception.companion.boxes import check_box
 from robot_perception.companion.faces.eigenfaces import Eigenfaces
+from robot_perception.fields import Positive, checked, from_to, one_of
 
 __all__ = [
     "Link",
@@ -37,18 +38,10 @@ class SeenFace:
         Whatever the recogniser describes it by.
     """
 
-    box: Float[np.ndarray, " 4"]
+    box: Annotated[Float[np.ndarray, " 4"], check_box]
     name: str | None
     descriptor: Float[np.ndarray, " k"] | None = None
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "box", check_box("box", self.box))
-        if self.name is not None:
-            checks.instance("name", self.name, str)
-        if self.descriptor is not None:
-            object.__setattr__(
-                self, "descriptor", checks.array("descriptor", self.descriptor, ("k",))
-            )
+    __post_init__ = checked
 
 
 @final
@@ -68,12 +61,8 @@ class Link:
 
     name: str
     face: SeenFace
-    missed: int = 0
-
-    def __post_init__(self) -> None:
-        checks.instance("name", self.name, str)
-        checks.instance("face", self.face, SeenFace)
-        object.__setattr__(self, "missed", checks.whole("missed", self.missed, 0))
+    missed: Annotated[int, from_to(0)] = 0
+    __post_init__ = checked
 
 
 @final
@@ -93,21 +82,12 @@ class LinkRules:
     reach
         How far the face may be from its last place, in sides of a face for each picture since then
         and one more; ours.
-
-    Raises
-    ------
-    ValueError
-        If there is no such policy, or a number is out of range.
     """
 
-    policy: str = "verified"
-    patience: int = 30
-    reach: float = 1.0
-
-    def __post_init__(self) -> None:
-        checks.one_of("policy", self.policy, ("verified", "nearest", "largest"))
-        object.__setattr__(self, "patience", checks.whole("patience", self.patience, 0, 10**6))
-        object.__setattr__(self, "reach", checks.positive("reach", self.reach))
+    policy: Annotated[str, one_of("verified", "nearest", "largest")] = "verified"
+    patience: Annotated[int, from_to(0, 10**6)] = 30
+    reach: Positive = 1.0
+    __post_init__ = checked
 
 
 @final

@@ -16,7 +16,7 @@ window, until it is the whole picture.
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, Protocol, final, runtime_checkable
+from typing import Annotated, Any, Protocol, final, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float, UInt8
@@ -26,6 +26,7 @@ from robot_perception.beliefs import Gaussian
 from robot_perception.companion.boxes import check_box, check_boxes, grey_picture, within
 from robot_perception.companion.faces.detection import FaceDetector
 from robot_perception.extras import needing
+from robot_perception.fields import Level, NotNegative, Positive, checked, from_to
 from robot_perception.gating import gate
 
 with needing():
@@ -65,28 +66,17 @@ class RegionRules:
         Of the gate: a detection that is less likely than this under the prediction is another's.
     patience
         Pictures without the face after which it is given up.
-
-    Raises
-    ------
-    ValueError
-        If a number is out of range.
     """
 
-    acceleration: float = 2.0
-    growth: float = 0.5
-    place_sigma: float = 0.05
-    side_sigma: float = 0.08
-    sigmas: float = 3.0
-    margin: float = 0.3
-    level: float = 0.999
-    patience: int = 20
-
-    def __post_init__(self) -> None:
-        for name in ("acceleration", "growth", "place_sigma", "side_sigma", "sigmas"):
-            object.__setattr__(self, name, checks.positive(name, getattr(self, name)))
-        object.__setattr__(self, "margin", checks.not_negative("margin", self.margin))
-        object.__setattr__(self, "level", checks.level("level", self.level))
-        object.__setattr__(self, "patience", checks.whole("patience", self.patience, 0, 10**6))
+    acceleration: Positive = 2.0
+    growth: Positive = 0.5
+    place_sigma: Positive = 0.05
+    side_sigma: Positive = 0.08
+    sigmas: Positive = 3.0
+    margin: NotNegative = 0.3
+    level: Level = 0.999
+    patience: Annotated[int, from_to(0, 10**6)] = 20
+    __post_init__ = checked
 
 
 @final
@@ -103,12 +93,12 @@ class RegionState:
     """
 
     belief: Gaussian | None = None
-    missed: int = 0
+    missed: Annotated[int, from_to(0)] = 0
 
     def __post_init__(self) -> None:
+        checked(self)
         if self.belief is not None:
-            checks.vector("belief.mean", checks.instance("belief", self.belief, Gaussian).mean, 6)
-        object.__setattr__(self, "missed", checks.whole("missed", self.missed, 0))
+            checks.vector("belief.mean", self.belief.mean, 6)
 
     @property
     def box(self) -> Float[np.ndarray, " 4"] | None:
@@ -182,11 +172,7 @@ class FaceTracker:
     detector: Detector = field(default_factory=FaceDetector)
     rules: RegionRules = field(default_factory=RegionRules)
     choose: Callable[[np.ndarray], int | None] = _largest
-
-    def __post_init__(self) -> None:
-        checks.instance("detector", self.detector, Detector)
-        checks.instance("rules", self.rules, RegionRules)
-        checks.instance("choose", self.choose, Callable)
+    __post_init__ = checked
 
     def start(self, box: Float[np.ndarray, " 4"] | None = None) -> RegionState:
         """Return what is known of a face after a first detection: it may move either way.

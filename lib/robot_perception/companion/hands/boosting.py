@@ -12,15 +12,23 @@ A stump asks whether a feature f is below a threshold: :math:`h(x) = 1` if
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import final, no_type_check
+from typing import Annotated, final, no_type_check
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from robot_perception import checks
+from robot_perception.fields import at_least, checked, not_empty
 from robot_perception.kernels import kernel
 
 __all__ = ["Boosted", "best_stump", "boost"]
+
+
+def _signs(name: str, value: np.ndarray) -> np.ndarray:
+    """Return an array of 1 and -1."""
+    if not ((value == 1) | (value == -1)).all():
+        raise ValueError(f"{name} must be 1 or -1, got {checks.shown(value.tolist())}")
+    return value
 
 
 @final
@@ -40,23 +48,11 @@ class Boosted:
         :math:`\\log 1/\\beta`.
     """
 
-    features: Int[np.ndarray, " k"]
+    features: Annotated[Int[np.ndarray, " k"], at_least(0), not_empty]
     thresholds: Float[np.ndarray, " k"]
-    polarities: Int[np.ndarray, " k"]
+    polarities: Annotated[Int[np.ndarray, " k"], _signs]
     votes: Float[np.ndarray, " k"]
-
-    def __post_init__(self) -> None:
-        features = checks.integers("features", self.features, ("k",), 0)
-        if not features.size:
-            raise ValueError("features must not be empty")
-        object.__setattr__(self, "features", features)
-        for name in ("thresholds", "votes"):
-            values = checks.array(name, getattr(self, name), features.shape)
-            object.__setattr__(self, name, values)
-        polarities = checks.integers("polarities", self.polarities, features.shape)
-        if not ((polarities == 1) | (polarities == -1)).all():
-            raise ValueError(f"polarities must be 1 or -1, got {checks.shown(polarities.tolist())}")
-        object.__setattr__(self, "polarities", polarities)
+    __post_init__ = checked
 
     def scores(self, values: Float[np.ndarray, "n m"]) -> Float[np.ndarray, " m"]:
         """Return H of samples, given the values (n, m) of all features."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import Any, final, no_type_check
+from typing import Annotated, Any, final, no_type_check
 
 import numpy as np
 from jaxtyping import Float, Int, UInt8
@@ -18,9 +18,11 @@ from robot_perception.companion.hands.features import (
     check_windows,
     deviations,
     feature_values,
+    in_window,
     integral,
 )
 from robot_perception.extras import needing
+from robot_perception.fields import Share, above, checked, from_to
 from robot_perception.kernels import kernel
 
 with needing():
@@ -49,10 +51,7 @@ class Stage:
 
     stumps: Boosted
     threshold: float
-
-    def __post_init__(self) -> None:
-        checks.instance("stumps", self.stumps, Boosted)
-        object.__setattr__(self, "threshold", checks.number("threshold", self.threshold))
+    __post_init__ = checked
 
 
 @final
@@ -73,13 +72,13 @@ class Cascade:
         If there is no stage or more than 100, or a stump asks for a feature that is not there.
     """
 
-    features: Int[np.ndarray, "n 3 5"]
+    features: Annotated[Int[np.ndarray, "n 3 5"], in_window]
     stages: tuple[Stage, ...]
     _tables: tuple = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        features = check_features(self.features)
-        stages = checks.instances("stages", self.stages, Stage)
+        checked(self)
+        features, stages = self.features, self.stages
         if not 0 < len(stages) <= MOST_STAGES:
             raise ValueError(f"stages must be from 1 to {MOST_STAGES}, got {len(stages)}")
         for stage in stages:
@@ -92,7 +91,6 @@ class Cascade:
         columns = (np.concatenate([getattr(part, name) for part in parts]) for name in names)
         limits = np.array([stage.threshold for stage in stages])
         tables = (np.ascontiguousarray(features[asked]), *columns, ends, limits)
-        object.__setattr__(self, "features", features)
         object.__setattr__(self, "_tables", tables)
 
     def passed(self, windows: UInt8[np.ndarray, "m 24 24"]) -> Int[np.ndarray, " m"]:
@@ -227,16 +225,11 @@ class Goals:
     Viola and Jones train by such goals; the numbers are ours, the paper names none.
     """
 
-    detection: float = 0.995
-    false_alarms: float = 0.5
-    stages: int = 14
-    most: int = 60
-
-    def __post_init__(self) -> None:
-        for name in ("detection", "false_alarms"):
-            object.__setattr__(self, name, checks.share(name, getattr(self, name)))
-        object.__setattr__(self, "stages", checks.whole("stages", self.stages, 1, MOST_STAGES))
-        object.__setattr__(self, "most", checks.whole("most", self.most, 1, MOST_STUMPS))
+    detection: Share = 0.995
+    false_alarms: Share = 0.5
+    stages: Annotated[int, from_to(1, MOST_STAGES)] = 14
+    most: Annotated[int, from_to(1, MOST_STUMPS)] = 60
+    __post_init__ = checked
 
 
 @final
@@ -379,26 +372,14 @@ class HandDetector:
         How many windows must agree on a hand; with 0 every window is returned as it is.
     least
         Side of the smallest hand, px.
-
-    Raises
-    ------
-    ValueError
-        If a number is out of range.
     """
 
     cascade: Cascade
-    scale: float = 1.15
-    step: int = 2
-    neighbours: int = 3
-    least: int = SIZE
-
-    def __post_init__(self) -> None:
-        checks.instance("cascade", self.cascade, Cascade)
-        if not checks.number("scale", self.scale) > 1.01 or self.scale > 10:
-            raise ValueError(f"scale must be above 1.01 and at most 10, got {self.scale}")
-        object.__setattr__(self, "step", checks.whole("step", self.step, 1, SIZE))
-        object.__setattr__(self, "neighbours", checks.whole("neighbours", self.neighbours, 0, 1000))
-        object.__setattr__(self, "least", checks.whole("least", self.least, SIZE, 10**6))
+    scale: Annotated[float, above(1.01, 10)] = 1.15
+    step: Annotated[int, from_to(1, SIZE)] = 2
+    neighbours: Annotated[int, from_to(0, 1000)] = 3
+    least: Annotated[int, from_to(SIZE, 10**6)] = SIZE
+    __post_init__ = checked
 
     def find(
         self,

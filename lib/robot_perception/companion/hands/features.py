@@ -171,16 +171,20 @@ def check_windows(windows: Windows, name: str = "windows") -> np.ndarray:
 
 def check_features(features: Features) -> np.ndarray:
     """Return features whose rectangles lie in the window, or raise an error."""
-    found = checks.integers("features", features, ("n", 3, 5))
+    return in_window("features", checks.integers("features", features, ("n", 3, 5)))
+
+
+def in_window(name: str, found: np.ndarray) -> np.ndarray:
+    """Return an array of features whose rectangles lie in the window, or raise an error."""
     places, sizes = found[..., :2], found[..., 2:4]
     within = (sizes >= 0) & (sizes <= SIZE) & (places >= 0)
     within &= places <= SIZE - np.where(within, sizes, 0)  # their sum could overflow
     if not within.all():
         wrong = found[~within.all(axis=-1)][0].tolist()
-        raise ValueError(f"features must lie within {SIZE} x {SIZE} px, got rectangle {wrong}")
+        raise ValueError(f"{name} must lie within {SIZE} x {SIZE} px, got rectangle {wrong}")
     for weight in (found[..., 4].min(initial=0), found[..., 4].max(initial=0)):
         if not -HEAVIEST <= weight <= HEAVIEST:
-            raise ValueError(f"features must have weights within {HEAVIEST}, got {weight}")
+            raise ValueError(f"{name} must have weights within {HEAVIEST}, got {weight}")
     return found
 
 
