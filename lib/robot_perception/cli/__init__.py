@@ -11,6 +11,7 @@ from robot_perception import __version__
 from robot_perception.cli.claims import claims
 from robot_perception.cli.course import course, grade
 from robot_perception.cli.datasets import datasets
+from robot_perception.cli.day import day
 from robot_perception.cli.hands import hands
 from robot_perception.cli.register import register
 from robot_perception.cli.store import store
@@ -27,6 +28,7 @@ def main() -> None:
 main.add_command(claims)
 main.add_command(course)
 main.add_command(datasets)
+main.add_command(day)
 main.add_command(grade)
 main.add_command(hands)
 main.add_command(register)

@@ -1,0 +1,151 @@
+"""One loop for all sensors: wheels, tasks, and the place at which somebody points."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from robot_perception.arms.body_model import BodyModel
+from robot_perception.beliefs import Gaussian
+from robot_perception.cameras import Pinhole
+from robot_perception.day import robot as day
+from robot_perception.day.robot import DayInfo, DayState, Reading, clear_of, pointed_at
+from robot_perception.fusion import covariance_intersection
+from robot_perception.geometry import se2
+from robot_perception.slam.planar.motions import Odometry, dead_reckoning
+from tests.day.machine import machine
+
+STEP = Odometry(np.array([0.1, 0.01, 0.05]), np.diag([1e-4, 1e-5, 1e-5]))
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return machine()
+
+
+def rng():
+    return np.random.default_rng(0)
+
+
+def test_wheels_alone_reckon_as_the_library_does(robot):
+    state = robot.start()
+    for k in range(20):
+        state, info = robot.step(state, Reading(k * 0.1, "wheels", STEP), rng=rng())
+        assert info.command == (0.0, 0.0)
+    expected = dead_reckoning(np.zeros(3), [STEP] * 20)[-1]
+    np.testing.assert_allclose(state.pose.mean, expected, atol=1e-12)
+    np.testing.assert_allclose(state.moved.increment, expected, atol=1e-12)
+    assert np.linalg.eigvalsh(state.pose.cov).min() > 0
+
+
+def test_two_motions_as_one_have_the_noise_of_both():
+    """Against 20 000 draws of both."""
+    draws = rng().multivariate_normal(STEP.increment, STEP.noise, (20_000, 2))
+    ends = se2.compose(draws[:, 0], draws[:, 1])
+    both = day._chained(STEP, STEP)
+    np.testing.assert_allclose(both.increment, se2.compose(STEP.increment, STEP.increment))
+    np.testing.assert_allclose(both.noise, np.cov(ends.T), atol=6e-6)
+
+
+def test_a_reading_that_is_older_is_refused_and_one_that_is_not_asked_for_passes(robot):
+    state = replace(robot.start(), task="wait", time=5.0, command=(0.1, 0.0))
+    with pytest.raises(ValueError, match=r"reading must not be older than 5\.0 s, got 4\.0"):
+        robot.step(state, Reading(4.0, "laser", np.ones(181)), rng=rng())
+    after, info = robot.step(state, Reading(6.0, "laser", np.ones(181)), rng=rng())
+    assert after.time == 6.0
+    assert after.task == "wait"
+    assert info.command == (0.1, 0.0)
+    with pytest.raises(ValueError, match="sensor must be one of"):
+        Reading(0.0, "nose", 1)
+
+
+def test_it_turns_until_it_looks_there_and_then_waits_for_the_tutor(robot):
+    state = replace(robot.start(), task="turn", heading=0.0, then="attend",
+                    pose=Gaussian(np.array([1.0, 2.0, 2.0]), 1e-4 * np.eye(3)))  # fmt: skip
+    for k in range(100):
+        turn = Odometry(np.array([0.0, 0.0, 0.1 * state.command[1]]), 1e-9 * np.eye(3))
+        state, _ = robot.step(state, Reading(k * 0.1, "wheels", turn), rng=rng())
+        if state.task != "turn":
+            break
+        assert state.command[1] < 0  # the shorter way
+    assert state.task == "attend"
+    assert abs(state.pose.mean[2]) < np.deg2rad(4.0)
+    assert state.companion.name == "wait"
+
+
+def test_poses_by_two_systems_are_joined_by_intersection_or_not_at_all(robot):
+    a = Gaussian(np.array([1.0, 2.0, 3.1]), np.diag([0.2, 0.3, 0.1]))
+    b = Gaussian(np.array([1.1, 2.2, -3.1]), np.diag([0.01, 0.02, 0.01]))
+    omega = np.linalg.det(a.cov) / (np.linalg.det(a.cov) + np.linalg.det(b.cov))
+    both = covariance_intersection(a, b, omega, angles=(2,))
+    np.testing.assert_allclose(robot._joined(a, b).mean, both.mean)
+    alone = replace(robot, without=frozenset({"intersection"}))
+    assert alone._joined(a, b) is b
+
+
+def test_a_system_that_there_is_not_cannot_be_left_out(robot):
+    with pytest.raises(ValueError, match="without must be one of 'stereo'"):
+        replace(robot, without=frozenset({"smell"}))
+
+
+def test_it_is_not_switched_on_before_it_has_learned(robot):
+    with pytest.raises(ValueError, match="state must have a memory"):
+        robot.carried(DayState(), rng=rng())
+
+
+@pytest.mark.parametrize("heading", [0.0, 1.0, -2.0])
+@pytest.mark.parametrize("door", ["left", "right", "near"])
+def test_the_place_is_that_in_the_direction_of_the_arm(heading, door):
+    """An arm that hangs down tells nothing; the other one points from the shoulder."""
+    pose = np.array([2.0, 1.0, heading])
+    places = {"left": np.array([3.0, 2.5]), "right": np.array([2.5, -3.0]),
+              "near": np.array([0.2, 0.3])}  # fmt: skip
+    there = {name: se2.act(pose, at[None])[0] for name, at in places.items()}
+    shoulders = np.array([[-0.2, -0.1, 2.0], [0.2, -0.1, 2.0]])  # right, down, ahead
+    joints = np.repeat(shoulders[:, None], 4, axis=1)
+    joints[0, :, 1] += [0, 0.3, 0.5, 0.6]
+    ahead, left = places[door]
+    way = np.array([-left, 0.3, ahead]) - shoulders[1]
+    joints[1] += np.array([0, 0.3, 0.5, 0.6])[:, None] * way / np.linalg.norm(way)
+    assert pointed_at(joints, pose, there) == door
+    with pytest.raises(ValueError, match="places must be one at least"):
+        pointed_at(joints, pose, {})
+
+
+def test_joints_of_the_arms_model_are_what_it_takes():
+    camera = Pinhole((386.0, 386.0), (159.5, 119.5), (320, 240))
+    model = BodyModel.from_face(np.array([140.0, 60.0, 32.0, 32.0]), camera)
+    pose = np.array([1.6, 0.1, 0.6, 0.06, 0.24, 0.05, 1.2, 0.25])  # one arm goes sideways
+    joints = model.joints(pose[None])[0]
+    outwards = np.sign(joints[0, 2, 0] - joints[0, 0, 0])
+    places = {"this side": np.array([2.0, -3.0 * outwards]), "that": np.array([2.0, 3 * outwards])}
+    assert pointed_at(joints, np.zeros(3), places) == "this side"
+
+
+def test_nothing_is_said_where_nothing_is_to_be_said():
+    assert DayInfo().say == ""
+    assert DayState().task == "learn"
+
+
+BEAMS = np.deg2rad(np.arange(-90.0, 91.0))
+
+
+def scan(x, y):
+    """Return a scan of a post at a place, and of nothing else."""
+    found = np.full(len(BEAMS), np.inf)
+    found[np.abs(BEAMS - np.arctan2(y, x)).argmin()] = np.hypot(x, y)
+    return found
+
+
+def test_it_turns_away_from_what_stands_in_its_way_the_nearer_the_more():
+    free = (0.4, 0.1)
+    assert clear_of(free, scan(0.5, 0.6), BEAMS) == free  # beside
+    assert clear_of(free, scan(1.2, 0.1), BEAMS) == free  # far
+    assert clear_of((0.0, 0.1), scan(0.3, 0.1), BEAMS) == (0.0, 0.1)  # it stands
+    near, nearer = (clear_of(free, scan(x, 0.2), BEAMS) for x in (0.6, 0.3))
+    assert near[0] == nearer[0] == 0.2
+    assert nearer[1] < near[1] < 0.1  # to the right of what is on the left
+    right = clear_of((0.4, 0.0), scan(0.5, -0.2), BEAMS)
+    left = clear_of((0.4, 0.0), scan(0.5, 0.2), BEAMS)
+    assert right[1] == pytest.approx(-left[1], abs=1e-12)
+    assert right[1] > 0
