@@ -10,13 +10,14 @@ Andrade-Cetto, "Perception Issues in Mobile Robotics", section 2.2, eqs (1) to (
 """
 
 from dataclasses import dataclass
-from typing import Literal, no_type_check
+from typing import Annotated, Literal, no_type_check
 
 import numpy as np
 from jaxtyping import Float
 
 from robot_perception import checks
 from robot_perception.beliefs import Gaussian
+from robot_perception.fields import checked, double
 from robot_perception.kalman import Motion, Sensor, predict, update
 from robot_perception.kernels import kernel
 
@@ -129,6 +130,18 @@ def first_measurement(
     return Gaussian(mean, start.cov + own)
 
 
+def _sign(name: str, value: object) -> int:
+    sign = checks.whole(name, value)
+    if sign not in (-1, 1):
+        raise ValueError(f"{name} must be -1 (anchor) or 1 (external sensor), got {sign}")
+    return sign
+
+
+def _variance_or_variances(name: str, value: VarianceLike) -> VarianceLike:
+    variance = _variances(name, value)
+    return variance if variance.ndim else float(variance)
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Reference:
     r"""A sensor that ties the rail to the world: :math:`z^{(0)} = s\,(r - a) + w^{(0)}`.
@@ -148,27 +161,18 @@ class Reference:
     Raises
     ------
     ValueError
-        If the sign is another number, a value or the position is not finite, or a variance is
-        negative.
+        If a variance is negative.
 
     References
     ----------
     Andrade-Cetto, eqs (20) and (23).
     """
 
-    sign: Literal[-1, 1]
-    values: Float[np.ndarray, "runs steps"]
-    variance: VarianceLike
+    sign: Annotated[Literal[-1, 1], _sign]
+    values: Annotated[Float[np.ndarray, "runs steps"], double]
+    variance: Annotated[VarianceLike, _variance_or_variances]
     position: float = 0.0
-
-    def __post_init__(self) -> None:
-        if checks.whole("sign", self.sign) not in (-1, 1):
-            raise ValueError(f"sign must be -1 (anchor) or 1 (external sensor), got {self.sign}")
-        values = checks.array("values", self.values, ("runs", "steps"))
-        object.__setattr__(self, "values", values)
-        object.__setattr__(self, "position", checks.number("position", self.position))
-        variance = _variances("variance", self.variance)
-        object.__setattr__(self, "variance", variance if variance.ndim else float(variance))
+    __post_init__ = checked
 
     def matrix(self, landmarks: int) -> Float[np.ndarray, "rows states"]:
         r"""Return the measurement matrix with the row of the reference on top.

@@ -10,8 +10,8 @@ from typing import Annotated
 import numpy as np
 from jaxtyping import Float
 
-from robot_perception.checks import array, covariance, instance, reals
-from robot_perception.fields import checked
+from robot_perception.checks import array, instance, reals
+from robot_perception.fields import checked, covariance
 from robot_perception.geometry.angles import check_turn
 from robot_perception.walls.segments import (
     Extraction,
@@ -64,12 +64,8 @@ class WallMapper:
     angles: Annotated[Float[np.ndarray, " beams"], lambda name, value: check_turn(value)]
     extraction: Extraction = field(default_factory=Extraction)
     gate: Gate = field(default_factory=Gate)
-    pose_cov: Float[np.ndarray, "3 3"] | None = None
-
-    def __post_init__(self) -> None:
-        checked(self)
-        if self.pose_cov is not None:
-            covariance("pose_cov", self.pose_cov, (3, 3))
+    pose_cov: Annotated[Float[np.ndarray, "3 3"], covariance] | None = None
+    __post_init__ = checked
 
     def start(self) -> WallMap:
         """Return a map without walls."""

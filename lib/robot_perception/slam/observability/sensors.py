@@ -2,18 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, runtime_checkable
+from typing import Annotated, Any, Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
 
 from robot_perception import checks
-from robot_perception.slam.planar.sensors import (
-    CartesianSensor,
-    LandmarkSensor,
-    RangeBearing,
-    checked_sensor,
-)
+from robot_perception.fields import checked
+from robot_perception.slam.planar.sensors import CartesianSensor, LandmarkSensor, RangeBearing
 
 Seen = tuple[np.ndarray, np.ndarray]
 
@@ -41,9 +37,7 @@ class Landmarks:
     """
 
     sensor: LandmarkSensor = CARTESIAN
-
-    def __post_init__(self) -> None:
-        checked_sensor(self.sensor)
+    __post_init__ = checked
 
     def see(self, state: np.ndarray) -> Seen:
         """Return the measurement (2n,) and its Jacobian (2n, 3 + 2n)."""
@@ -53,6 +47,12 @@ class Landmarks:
         for i, block in enumerate(by_point):
             H[2 * i : 2 * i + 2, 3 + 2 * i : 5 + 2 * i] = block
         return z.ravel(), H
+
+
+def _number_or_symbol(name: str, value: Any) -> Any:
+    if not hasattr(value, "free_symbols"):
+        checks.number(f"{name} of an anchor", value)
+    return value
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,15 +67,10 @@ class Anchor:
         How it is seen, for instance ``CARTESIAN`` or ``RANGE_BEARING``.
     """
 
-    x: Any
-    y: Any
+    x: Annotated[Any, _number_or_symbol]
+    y: Annotated[Any, _number_or_symbol]
     sensor: LandmarkSensor = CARTESIAN
-
-    def __post_init__(self) -> None:
-        for name, value in (("x", self.x), ("y", self.y)):
-            if not hasattr(value, "free_symbols"):
-                checks.number(f"{name} of an anchor", value)
-        checked_sensor(self.sensor)
+    __post_init__ = checked
 
     def see(self, state: np.ndarray) -> Seen:
         """Return the measurement (2,) and its Jacobian (2, 3 + 2n), eqs (24) and (25)."""
