@@ -72,7 +72,7 @@ def explored(text: str, draw: Callable[..., Any]) -> Any:
 
 def record(text: str) -> Record:
     work = Work(f"people {text}", 1.0, 2.0, text, text, reached=False)
-    latency = Latency(text, text, "built page", 1.0, 2.0, 3.0)
+    latency = Latency(text, text, "built page", 1.0, 2.0, 3.0, text, reached=False)
     return Record(text, text, text, (work,), (latency,), 1)
 
 
@@ -87,6 +87,7 @@ PRODUCERS: dict[str, Callable[[str], Any]] = {
     "overview": lambda text: overview.overview({"walls": text}),
     "benchmarks": lambda text: record(text).about(),
     "tables of benchmarks": lambda text: record(text).tables(),
+    "missed targets": lambda text: record(text).missed(),
     "themes": lambda text: record(text).themes().show(),
     "table": lambda text: entry(text).tables[text].show(bold=[text]),
     "cards": lambda text: cards(

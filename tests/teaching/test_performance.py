@@ -182,3 +182,34 @@ def test_what_is_benchmarked_begins_with_a_word_that_has_a_theme():
     words = re.findall(r'work=f?"(\w[\w-]*)', "".join(file.read_text("utf-8") for file in files))
     assert len(words) > 20
     assert set(words) <= set(performance.THEMES)
+
+
+def test_all_that_was_missed_stands_in_one_table(store):
+    slow = row(
+        "walls, Step, in JupyterLab (16 moves, longest 90 ms)", 0.2, target=FAST, reached=False
+    )
+    record = store([*ROWS, slow])
+    shown = record.missed()
+    assert repr(shown).splitlines() == [
+        "simplify a <scan> (Simplifying a line): 6 µs, 0.667×; wanted ≥ 0.75× fastrdp",
+        f"Step (walls, In Jupyter): median 200 ms, longest 90 ms; wanted {FAST}",
+    ]
+    assert shown.bundle["text/html"].count("<tr>") == 3
+    (ax,) = performance.draw_latencies(record).axes
+    rings = [line for line in ax.lines if line.get_fillstyle() == "none"]
+    assert [line.get_xdata()[0] for line in rings] == [200]
+
+
+def test_peers_are_packages_of_others_or_plain_versions_of_ours(store):
+    assert store(ROWS).peers == (3, 0)
+    assert store([*ROWS, row("arms in outline", 1e-3, "as written", 1e-1)]).peers == (3, 1)
+
+
+def test_every_plain_version_of_ours_is_a_recorded_peer():
+    recorded = {work.peer for work in Record.read().work}
+    assert recorded >= performance.OWN
+
+
+def test_targets_have_three_digits(store):
+    shown = store([row("colour histograms", 3e-3, target="≤ 5.71429 ms")]).tables()
+    assert '<td data-name="Target">≤ 5.71 ms</td>' in shown.bundle["text/html"]

@@ -112,6 +112,14 @@ def test_each_paper_has_a_row_with_its_chapters_and_its_verdicts(ledger):
     assert second == f"Gil et al. 2006: {overview.TO_COME}"
 
 
+def test_what_goes_beyond_a_paper_is_counted_apart(ledger, monkeypatch):
+    ours = replace(ledger.entries[0], id="ours", place="beyond the paper, §2")
+    monkeypatch.setattr(overview, "recorded", lambda: Ledger((*ledger.entries, ours)))
+    lines = overview.overview(TITLES).bundle["text/plain"].split("\n")
+    assert lines[0] == "Andrade-Cetto 2004: 1 conditional, 1 not reproduced, 1 untestable"
+    assert lines[-1] == f"{overview.FOUND}: 1 conditional"
+
+
 def test_a_card_leads_to_badge_function_and_test_on_the_page(ledger, monkeypatch):
     monkeypatch.setenv(PAGE_VARIABLE, "1")
     bad = card(html_of(ledger), "bad")

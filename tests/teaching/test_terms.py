@@ -39,7 +39,9 @@ def book():
 
 
 def found(text):
-    return [(text[a:b], term.name) for a, b, term in Finder((GATE, SLAM, FILTER, GAIN))(text)]
+    return [
+        (text[a:b], term.name) for a, b, term in Finder((GATE, SLAM, FILTER, GAIN), "one")(text)
+    ]
 
 
 def test_words_are_found_whole_with_their_plurals_the_longest_first():

@@ -1,10 +1,10 @@
 """The book's own Sphinx extension, beside that of explorers: results that expire, mended theme.
 
 It keeps the results of a page only as long as all they depend on is the same, copies MathJax from
-its package into the site, marks the first use of a word (:mod:`.sphinx_terms`), writes pages of
-source code, lets pages link to what outputs name, puts MathML beside formulas, and drops every
-script that would ask another host for something. Explorers, films, bets and figures come to the
-pages by :mod:`explorables.sphinx_extension`, which it brings.
+its package into the site, says ranges beside types, marks the first use of a word
+(:mod:`.sphinx_terms`), writes pages of source code, lets pages link to what outputs name, puts
+MathML beside formulas, and drops every script that would ask another host for something. Explorers,
+films, bets and figures come to the pages by :mod:`explorables.sphinx_extension`, which it brings.
 """
 
 import json
@@ -30,6 +30,7 @@ from explorables.pages import NO_SCRIPTS
 from robot_perception.project import ROOT
 from robot_perception.teaching import FRONT_END
 from robot_perception.teaching.pages import source_pages
+from robot_perception.teaching.pages.signatures import with_ranges
 from robot_perception.teaching.words.formulas import with_mathml
 from robot_perception.teaching.words.sphinx_terms import connect_terms
 from studies.files import written
@@ -60,6 +61,7 @@ def setup(app: Sphinx) -> dict[str, Any]:
     app.connect("builder-inited", _drop_listeners)
     app.connect("builder-inited", _copy_mathjax)
     app.connect("env-get-outdated", _expire)
+    app.connect("autodoc-before-process-signature", with_ranges)
     app.connect("env-before-read-docs", _execute)
     app.connect("source-read", _choose_cache)
     connect_terms(app)

@@ -16,7 +16,7 @@ from docutils.nodes import make_id
 from explorables.media import Shown, html_table, with_mathematics
 from explorables.outputs import output
 from robot_perception.teaching import FRONT_END
-from robot_perception.teaching.course.copies import Asked, asked, counted
+from robot_perception.teaching.course.copies import PROSE, Asked, asked, counted
 from robot_perception.teaching.pages.contents import EXERCISE, Contents, Page, read
 from robot_perception.teaching.pages.paths import linked, named
 from studies.files import reading
@@ -26,13 +26,18 @@ from studies.records import records
 COURSE = "course.toml"
 """Name of the file in which it is written down."""
 CLASS_MINUTES = 90
-MOST_BEFORE = 240
-"""Minutes that a week may ask for before the class."""
+MOST = 240
+"""Minutes that a week may ask for at home, before the class and after it."""
+SENTENCES = 10
+"""Minutes of an answer in sentences."""
 
 _TRY = re.compile(r"^\*Try it\.\* (.+(?:\n(?!\n).+)*)", re.M)
 _LINK = re.compile(r"\[([^]]*)\]\([^)]*\)")
 _TAG = re.compile(r"<[^>]+>")
 _HEADING = re.compile(r"^#{2,4} (.+)$", re.M)
+_SCEPTIC = re.compile(
+    r"^### (.+ \(prose\))$(?=(?:(?!^###? ).*\n?)*?:::\{dropdown\} What a good)", re.M
+)
 
 
 @dataclass(frozen=True)
@@ -42,27 +47,42 @@ class Week:
     Parameters
     ----------
     read
-        Stems of the pages to read before.
+        Stems of the pages to read before the class.
+    after
+        Stems of those that nobody opens before; that of the bet is one.
     bet
         The bet that opens the class, as ``stem.NAME``; empty in a week of the project.
     study
         The study that is changed in class, as ``stem.name``.
     hand_in
         Keys of the exercises to hand in.
+    sceptic
+        The question that is answered in sentences: the stem of the page that asks it, or itself.
     minutes
         What the class does, and for how long; the course's usual plan if empty.
     """
 
     read: tuple[str, ...]
+    after: tuple[str, ...] = ()
     bet: str = ""
     study: str = ""
     hand_in: tuple[str, ...] = ()
+    sceptic: str = ""
     minutes: Mapping[str, int] = field(default_factory=dict)
 
     def before(self, contents: Contents) -> float:
-        """Return the minutes that reading and the exercises to hand in take."""
-        pages = (contents.pages[stem] for stem in self.read)
-        return sum(p.minutes(exercises=False) for p in pages) + EXERCISE * len(self.hand_in)
+        """Return the minutes of what is read before the class."""
+        return sum(contents.pages[stem].minutes(exercises=False) for stem in self.read)
+
+    def later(self, contents: Contents) -> float:
+        """Return the minutes of what is read after the class, with what is handed in."""
+        reading = sum(contents.pages[stem].minutes(exercises=False) for stem in self.after)
+        return reading + EXERCISE * len(self.hand_in) + SENTENCES * bool(self.sceptic)
+
+    def points(self, contents: Contents) -> int:
+        """Return the points of all that is handed in."""
+        asked = sum(exercise(contents, key)[1].points for key in self.hand_in)
+        return asked + PROSE * bool(self.sceptic)
 
 
 @cache
@@ -131,12 +151,28 @@ def exercise(contents: Contents, key: str) -> tuple[Page, Asked]:
     raise ValueError(f"no exercise {key!r} in the book")
 
 
+def doubted(contents: Contents, one: Week) -> str:
+    """Return the sceptic's question of a week, as HTML: a link to it, or itself.
+
+    Raises
+    ------
+    ValueError
+        If the page that is named asks for no sentences.
+    """
+    if one.sceptic not in contents.pages:
+        return inline(one.sceptic)
+    page = contents.pages[one.sceptic]
+    if not (found := _SCEPTIC.findall(page.source[0])):
+        raise ValueError(f"{page.stem} asks for no answer in sentences")
+    return f"{_place(page.stem, found[-1])} of {linked(contents, page.stem)}"
+
+
 def _cells(page: Page) -> Mapping[str, object]:
     return json.loads((folder() / f"{page.stem}.ipynb").read_text("utf-8"))
 
 
 def week(number: int, contents: Contents | None = None) -> Shown:
-    """Return what a week asks for, as a list: before, to open, to change, to hand in.
+    """Return what a week asks for, as a list: before, to open, to change, after, to hand in.
 
     Raises
     ------
@@ -145,11 +181,7 @@ def week(number: int, contents: Contents | None = None) -> Shown:
     """
     contents = contents or read()
     one, pages = weeks()[number - 1], contents.pages
-    read_first = ", ".join(
-        f"{linked(contents, stem)} ({pages[stem].minutes(exercises=False):.0f} min)"
-        for stem in one.read
-    )
-    facts = [(f"Before, {one.before(contents):.0f} min with the exercises", read_first)]
+    facts = [(f"Before, {one.before(contents):.0f} min", _listed(contents, one.read))]
     if one.bet:
         stem, _, name = one.bet.partition(".")
         asks = inline(question(pages[stem], name))
@@ -159,13 +191,17 @@ def week(number: int, contents: Contents | None = None) -> Shown:
         heading, line = tried(pages[stem], name)
         place = _place(stem, heading)
         facts.append(("To change in class", f"<code>{name}</code> in {place}. {inline(line)}"))
+    if one.after:
+        label = f"After, {one.later(contents):.0f} min with what is handed in"
+        facts.append((label, _listed(contents, one.after)))
     if one.hand_in:
         found = [exercise(contents, key) for key in one.hand_in]
-        asks = (
+        asks = [
             f"<code>{ask.key}</code>, {_place(page.stem, ask.title)}, {counted(ask.points)}"
             for page, ask in found
-        )
-        facts.append(("To hand in", "; ".join(asks)))
+        ]
+        sceptic = f"in sentences, {doubted(contents, one)}, {counted(PROSE)}"
+        facts.append(("To hand in", "; ".join([*asks, sceptic])))
     spent = (f"{escape(what)} ({count} min)" for what, count in one.minutes.items())
     facts.append((f"{sum(one.minutes.values())} minutes", "; ".join(spent)))
     html = "".join(f"<dt>{label}</dt><dd>{text}</dd>" for label, text in facts)
@@ -182,24 +218,37 @@ def inline(text: str) -> str:
 
 
 def overview(contents: Contents | None = None) -> Shown:
-    """Return the weeks as a table: what is read, how long that takes, what is handed in."""
+    """Return the weeks as a table: what is read before and after, how long, what is handed in."""
     contents = contents or read()
     rows, lines = [], []
     for number, one in enumerate(weeks(), 1):
-        pages = "<br>".join(linked(contents, stem) for stem in one.read)
         before = f"{one.before(contents):.0f}′"
-        points = sum(exercise(contents, key)[1].points for key in one.hand_in)
+        later = f"{one.later(contents):.0f}′" if one.after else "–"
+        points = one.points(contents)
         counts = counted(points) if points else "the project"
-        rows.append(
-            f'<tr><th scope="row">{number}</th><td class="rp-text">{pages}</td>'
-            f'<td class="rp-text">{before}</td><td class="rp-text">{counts}</td></tr>'
+        cells = (_stacked(contents, one.read), before, _stacked(contents, one.after), later, counts)
+        texts = "".join(f'<td class="rp-text">{text}</td>' for text in cells)
+        rows.append(f'<tr><th scope="row">{number}</th>{texts}</tr>')
+        titles = (
+            ", ".join(named(contents, stem) for stem in part) for part in (one.read, one.after)
         )
-        titles = ", ".join(named(contents, stem) for stem in one.read)
-        lines.append(f"{number}: {titles}; {before}; {counts}")
-    names = "Week", "Read before", "Takes", "Hand in"
+        lines.append(
+            f"{number}: {'; then '.join(filter(None, titles))}; {before}, {later}; {counts}"
+        )
+    names = "Week", "Read before", "Takes", "After the class", "Takes, with exercises", "Hand in"
     head = "".join(f'<th scope="col">{name}</th>' for name in names)
     html = html_table("Weeks of the course", "rp-paths", head, "".join(rows))
     return output(html, "\n".join(lines), "table.css")
+
+
+def _listed(contents: Contents, stems: tuple[str, ...]) -> str:
+    pages = contents.pages
+    times = (f"{linked(contents, s)} ({pages[s].minutes(exercises=False):.0f} min)" for s in stems)
+    return ", ".join(times)
+
+
+def _stacked(contents: Contents, stems: tuple[str, ...]) -> str:
+    return "<br>".join(linked(contents, stem) for stem in stems) or "–"
 
 
 def _place(stem: str, heading: str) -> str:

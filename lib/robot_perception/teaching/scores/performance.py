@@ -53,6 +53,12 @@ MOVES = re.compile(
 )
 LEAST = re.compile(r"≥ (?P<ratio>[\d.]+)×")
 MOST = re.compile(r"median ≤ (?P<median>[\d.]+) ms")
+OWN = frozenset({
+    "as written", "full count, compiled", "line by line", "names that all particles share", "NumPy",
+    "NumPy gather", "ours, Euclidean", "the same in NumPy", "the textbook version in Python",
+    "whole images",
+})  # fmt: skip
+"""Peers that are plain versions of our own, and no package of others."""
 FILE = "performance.json"
 """Name of the record."""
 LINE = 46
@@ -99,6 +105,8 @@ class Latency:
     median_ms: float
     longest_ms: float
     target_ms: float  # of the median
+    target: str  # in words, as recorded
+    reached: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,6 +165,46 @@ class Record:
         text = f"{self.reached} of {rows} targets reached on {self.date}"
         where = f"{text}, on {self.machine}, one thread; {self.versions}."
         html = f"<p>{escape(where)}</p>"
+        return Shown({"text/html": html, "text/plain": text})
+
+    @property
+    def peers(self) -> tuple[int, int]:
+        """Numbers of comparisons with packages of others, and with plain versions of ours."""
+        own = [work.peer in OWN for work in self.work if work.ratio is not None]
+        return own.count(False), own.count(True)
+
+    def missed(self) -> Shown:
+        """Return a table of all targets that were missed: work first, then explorers by page."""
+        rows = [
+            (work.work, work.theme, _measured(work), _goal(work))
+            for work in self.work
+            if not work.reached
+        ]
+        rows += [
+            (
+                latency.control,
+                f"{latency.page.replace('_', ' ')}, {MEDIA[latency.medium][0]}",
+                f"median {latency.median_ms:.0f} ms, longest {latency.longest_ms:.0f} ms",
+                latency.target,
+            )
+            for latency in sorted(self.latencies, key=lambda x: x.page)
+            if not latency.reached
+        ]
+        names = ("Where", "Measured", "Target")
+        head = "".join(f'<th scope="col">{name}</th>' for name in ("Missed", *names))
+        body = "".join(
+            f'<tr><th scope="row">{escape(what)}</th>'
+            + "".join(
+                f'<td data-name="{name}">{escape(text)}</td>'
+                for name, text in zip(names, texts, strict=True)
+            )
+            + "</tr>"
+            for what, *texts in rows
+        )
+        text = "\n".join(
+            f"{what} ({where}): {got}; wanted {goal}" for what, where, got, goal in rows
+        )
+        html = html_table("targets that were missed", "rp-performance rp-missed", head, body)
         return Shown({"text/html": html, "text/plain": text})
 
     def themes(self) -> Table:
@@ -222,7 +270,25 @@ def _latency(row: dict, moves: re.Match[str]) -> Latency:
         median_ms=row["ours_s"] * 1e3,
         longest_ms=float(moves["longest"]),
         target_ms=float(MOST.match(row["target"])["median"]),
+        target=row["target"],
+        reached=row["reached"],
     )
+
+
+def _measured(work: Work) -> str:
+    ratio = "" if work.ratio is None else f", {times(work.ratio)}"
+    return f"{duration(work.ours_s)}{ratio}"
+
+
+def _goal(work: Work) -> str:
+    if work.least is None:
+        return _short(work.target)
+    return f"≥ {times(work.least)} {work.peer}"
+
+
+def _short(target: str) -> str:
+    """Return a target with no more than three digits of a broken number."""
+    return re.sub(r"\d+\.\d+", lambda number: f"{float(number[0]):.3g}", target)
 
 
 def _told(work: Work) -> str:
@@ -240,7 +306,7 @@ def _table(theme: str, rows: list[Work]) -> str:
 def _row(work: Work) -> str:
     peer = "–" if work.peer_s is None else f"{escape(work.peer)}, {duration(work.peer_s)}"
     ratio = "–" if work.ratio is None else times(work.ratio)
-    target = work.target if work.least is None else f"≥ {times(work.least)}"
+    target = _short(work.target) if work.least is None else f"≥ {times(work.least)}"
     missed = "" if work.reached else " <strong>missed</strong>"
     cells = ("Ours", duration(work.ours_s)), ("Peer", peer), ("Ratio", f"<strong>{ratio}</strong>")
     shown = "".join(f'<td data-name="{name}">{text}</td>' for name, text in cells)
@@ -288,6 +354,9 @@ def draw_latencies(record: Record) -> Figure:
             ends = latency.median_ms, max(latency.longest_ms, latency.median_ms)
             ax.plot(ends, [height, height], color=colour, linewidth=1.6)
             ax.plot(ends[:1], [height], "o", color=colour, markersize=6)
+            if not latency.reached:
+                ring = {"markersize": 11, "markeredgewidth": 1.8, "fillstyle": "none"}
+                ax.plot(ends[:1], [height], "o", color=RED, **ring)
     for medium, (words, colour) in MEDIA.items():
         target = max(x.target_ms for x in record.latencies if x.medium == medium)
         ax.axvline(target, color=colour, linewidth=1, linestyle=(0, (4, 3)))

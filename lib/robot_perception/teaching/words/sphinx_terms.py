@@ -1,8 +1,8 @@
 """The first use of each word on a page leads to what it means: an extension of Sphinx's builder.
 
 A word is marked in prose only: in the text of a paragraph, not in headings, links, emphasis, code,
-formulas or captions, nor in boxes, folds and tables. A script shows what it means; without one it
-is a link with a title.
+formulas or captions, nor in boxes, folds and tables, and only where it has the meaning of the list.
+A script shows what it means; without one it is a link with a title.
 """
 
 from collections.abc import Iterator
@@ -51,7 +51,7 @@ class MarkTerms(SphinxPostTransform):
         page = self.env.docname
         if not self.config.book_terms or page == terms.PAGE or page.split("/")[0] in UNMARKED:
             return
-        find, seen = terms.Finder(terms.read()), set()
+        find, seen = terms.Finder(terms.read(), page), set()
         target = self.app.builder.get_relative_uri(page, terms.PAGE)
         for text in list(_texts(self.document)):
             said, made, done = text.astext(), [], 0

@@ -60,6 +60,10 @@ class Term:
     hover
         Those of its forms by which it is found in prose, if not all, where a form has a second
         meaning.
+    pages
+        Stems of the pages on which it has this meaning, if not all; on others it is not marked.
+    unlike
+        Phrases that hold it and mean something else.
     ours
         Our symbol, with mathematics between dollars.
     papers
@@ -73,6 +77,8 @@ class Term:
     places: tuple[str, ...]
     forms: tuple[str, ...] = ()
     hover: tuple[str, ...] | None = None
+    pages: tuple[str, ...] | None = None
+    unlike: tuple[str, ...] = ()
     ours: str = ""
     papers: Mapping[str, str] = field(default_factory=dict)
     library: tuple[str, ...] = ()
@@ -97,18 +103,39 @@ class Term:
         """Matches each of its forms."""
         return _matching((self.name, *self.forms))
 
+    @cached_property
+    def _other(self) -> re.Pattern[str]:
+        return _matching(self.unlike)
+
+    def meant(self, page: str) -> bool:
+        """Return whether it has this meaning on a page, named by its stem."""
+        return self.pages is None or page in self.pages
+
+    def means(self, text: str, start: int, end: int) -> bool:
+        """Return whether it has this meaning at a place of a text, in no phrase of another one."""
+        phrases = self._other.finditer(text) if self.unlike else ()
+        return not any(phrase.start() < end and start < phrase.end() for phrase in phrases)
+
+    def on(self, page: str, text: str) -> bool:
+        """Return whether the text of a page uses it with this meaning."""
+        found = self.used.finditer(text) if self.meant(page) else ()
+        return any(self.means(text, *word.span()) for word in found)
+
 
 class Finder:
-    """Finds words in prose, the longest of those that begin at a place."""
+    """Finds words in the prose of a page, the longest of those that begin at a place."""
 
-    def __init__(self, terms: Iterable[Term]) -> None:
-        self._terms = {form.casefold(): term for term in terms for form in term.marked}
+    def __init__(self, terms: Iterable[Term], page: str) -> None:
+        meant = [term for term in terms if term.meant(page)]
+        self._terms = {form.casefold(): term for term in meant for form in term.marked}
         self._pattern = _matching(self._terms)
 
     def __call__(self, text: str) -> Iterator[tuple[int, int, Term]]:
         """Yield the words of a text in order: where each begins and ends, and which it is."""
         for match in self._pattern.finditer(text):
-            yield match.start(), match.end(), self._terms[" ".join(match[1].casefold().split())]
+            term = self._terms[" ".join(match[1].casefold().split())]
+            if term.means(text, *match.span()):
+                yield match.start(), match.end(), term
 
 
 def _matching(forms: Iterable[str]) -> re.Pattern[str]:
@@ -148,7 +175,7 @@ def uses(terms: Sequence[Term], pages: Iterable[Page]) -> dict[str, tuple[Page, 
     """Return the pages that use each term, by its name, in the order in which pages are given."""
     said = [(page, prose(page)) for page in pages]
     return {
-        term.name: tuple(page for page, text in said if term.used.search(text)) for term in terms
+        term.name: tuple(page for page, text in said if term.on(page.stem, text)) for term in terms
     }
 
 
