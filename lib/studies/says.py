@@ -16,8 +16,9 @@ claim has a measure for its value, the page a table and a sentence of the same n
 expression stands in one place.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 from studies.intervals import Interval
@@ -27,6 +28,11 @@ from studies.verdicts import Accepted, Condition
 
 if TYPE_CHECKING:
     from studies.trials import Trials
+
+Factors = str | Sequence[str]
+"""A factor or several."""
+Place = Mapping[str, Any] | Callable[[Rows], Rows]
+"""Rows of a table: those at levels of factors, or what a function makes of all rows."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,8 +98,11 @@ class Says:
 
     def by(
         self,
-        factor: str,
+        factor: Factors | Mapping[str, Place],
         *names: str,
+        across: Factors = (),
+        above: Mapping[str, Mapping[str, Say]] | None = None,
+        below: Mapping[str, Mapping[str, Say]] | None = None,
         corner: str | None = None,
         about: str | None = None,
         **levels: Any,
@@ -103,26 +112,78 @@ class Says:
         Parameters
         ----------
         factor
-            What the rows of the table are.
+            What the rows of the table are: a factor, several, or by the name of a row levels, or a
+            function of rows that returns others.
         *names
-            The measures that are its columns; all of them by default.
+            The measures that are its columns; all of them by default. A name is followed by the
+            unit of its numbers, as in "end (m)".
+        across
+            Factors whose levels are columns, too; of one measure they are the names.
+        above, below
+            Rows before and after: by their name, what they say in place of some measures.
         corner, about
             What stands in the corner, and beside the numbers.
         **levels
-            Levels of other factors.
+            Levels of factors; of those that are rows or columns in the order given, or by names.
         """
-        chosen = {name: self(name) for name in names or self._says}
+        chosen = {name: self(name).say for name in names or self._says}
 
         def table(rows: Rows | None = None) -> Table:
-            rows = (self._study.rows() if rows is None else rows).where(**levels)
-            heads = {name: name.replace("_", " ") for name in chosen}
-            words = {heads[name]: self._words[name] for name in chosen}
-            columns: dict[str, Say] = {heads[name]: one.say for name, one in chosen.items()}
+            fixed = {one: at for one, at in levels.items() if not isinstance(at, Mapping)}
+            rows = (self._study.rows() if rows is None else rows).where(**fixed)
+            places = _places(rows, across, levels)
+            own = factor if isinstance(factor, Mapping) else _places(rows, factor, levels)
+            lines: list[tuple[str, Place, Mapping[str, Say]]] = [
+                *((name, {}, says) for name, says in (above or {}).items()),
+                *((name, place, chosen) for name, place in own.items()),
+                *((name, {}, says) for name, says in (below or {}).items()),
+            ]
+            columns = [*product(chosen, places)]
+            cells = {
+                line: [
+                    value_of(says[name], _at(place, rows).where(**places[there]))
+                    if name in says
+                    else None
+                    for name, there in columns
+                ]
+                for line, place, says in lines
+            }
+            words = {
+                _head(*column, len(chosen), found): self._words[column[0]]
+                for column, found in zip(columns, zip(*cells.values(), strict=True), strict=True)
+            }
             text = self._about if about is None else about
             counts = {name: len(rows.levels(name)) for name in rows.table}
-            return rows.by(factor, columns, words, text.format_map(counts), corner)
+            first = corner if corner is not None else factor if isinstance(factor, str) else ""
+            return Table(cells, words, text.format_map(counts), first)
 
         return table
+
+
+def _places(rows: Rows, factors: Factors, levels: Mapping[str, Any]) -> dict[str, Mapping]:
+    """Return by name the levels of factors, of several those of each pair."""
+    factors = (factors,) if isinstance(factors, str) else factors
+    told = [levels.get(one, rows.levels(one)) for one in factors]
+    listed = ((at,) if isinstance(at, str) or not isinstance(at, Collection) else at for at in told)
+    named = [at if isinstance(at, Mapping) else {f"{one}": one for one in at} for at in listed]
+    return {
+        ", ".join(name for name, _ in pairs): {
+            one: at for one, (_, at) in zip(factors, pairs, strict=True)
+        }
+        for pairs in product(*(each.items() for each in named))
+    }
+
+
+def _at(place: Place, rows: Rows) -> Rows:
+    return place(rows) if callable(place) else rows.where(**place)
+
+
+def _head(name: str, place: str, measures: int, cells: Sequence[Cell]) -> str:
+    """Return the name of a column: measure and unit, level, or both."""
+    if place:
+        return place if measures == 1 else f"{name.replace('_', ' ')}, {place}"
+    units = {cell.unit for cell in cells if isinstance(cell, Interval)} - {""}
+    return " ".join([name.replace("_", " "), *(f"({unit})" for unit in units if len(units) == 1)])
 
 
 class Numbers:

@@ -29,7 +29,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cache, partial
 from importlib import import_module
-from itertools import product
+from itertools import pairwise, product
 from shutil import rmtree
 from textwrap import dedent
 from typing import Any
@@ -52,6 +52,8 @@ from studies.sweep import sweep
 
 FEW = 3
 """Replicates that are computed at once of a study that a reader has changed."""
+PATIENCE_S = 120.0
+"""Seconds that computing these may take; beyond, the recorded rows are shown."""
 AS_DECLARED = "as declared"
 _TOLD: set[tuple[str | None, str]] = set()
 
@@ -205,6 +207,18 @@ class Trials:
         found, seconds = zip(*done, strict=True)
         return [*found], np.reshape(seconds, (len(self.replicates), -1))
 
+    @property
+    def is_drawn(self) -> bool:
+        """Tell whether its replicates number draws, of which a few stand for all.
+
+        Such numbers follow each other, or lie as near together as seeds do. Words, measures and
+        sizes are settings, each another one.
+        """
+        numbers = self.replicates
+        if not all(isinstance(number, int) for number in numbers):
+            return False
+        return all(b - a == 1 for a, b in pairwise(numbers)) or max(numbers) < 2 * min(numbers)
+
     def rows(self) -> Rows:
         """Return the recorded rows; of a study that was changed since, rows of a few replicates.
 
@@ -234,15 +248,35 @@ class Trials:
         return self._as_rows(recorded, f"Computed on {recorded.date} by earlier code")
 
     def _few(self) -> Rows:
-        """Compute a few replicates of a study that a reader has changed, and say so once."""
-        few = self.but(**{self.replicate: self.replicates[:FEW]})
-        said = f"{self.name} was changed: {_counted(few)} computed here"
-        if len(self.replicates) > FEW:
+        """Compute a few replicates of a study that a reader has changed, and say so once.
+
+        If that takes longer than a reader waits, and only the code was changed, the recorded rows
+        are returned, and it is said that they are of other code.
+        """
+        few = self.but(**{self.replicate: self.replicates[:FEW]}) if self.is_drawn else self
+        recorded, took = self.recorded(), self._takes(few)
+        if took > PATIENCE_S and recorded is not None and recorded.declared == self._declared():
+            self._tell(
+                f"{_counted(few)} computed here would take some {took / 60:.0f} minutes, so the "
+                f"rows are those of the book's code; {self.name}.run() computes all"
+            )
+            return self._as_rows(recorded, f"Computed on {recorded.date} by other code")
+        said = f"{_counted(few)} computed here"
+        if few is not self and len(self.replicates) > FEW:
             said += f" of {len(self.replicates)}; {self.name}.run() computes all"
+        self._tell(said)
+        return few.run()
+
+    def _takes(self, some: "Trials") -> float:
+        """Return how long trials of a variant take by what was recorded of this one, s."""
+        times = recorded_rows.seconds(self.stem, self.name)
+        return len(list(some.trials())) * sum(times.get(self.changed or AS_DECLARED, ())) / 2
+
+    def _tell(self, what: str) -> None:
+        """Print once what is done about a change of the study."""
         if (key := (self.code(), self._declared())) not in _TOLD:
             _TOLD.add(key)
-            print(f"{said}.")
-        return few.run()
+            print(f"{self.name} was changed: {what}.")
 
     def recorded(self) -> recorded_rows.Recorded | None:
         """Return what is recorded of the study, ``None`` if nothing is.

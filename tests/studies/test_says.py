@@ -32,7 +32,7 @@ def says() -> Says:
     return study(ROWS).says(
         "{film} films; {rule} rules",
         found=("rate", "found", "share of the films"),
-        off_by=(largest, "at most, m"),
+        off_by=(largest, "at most"),
         more=("difference", "off by", ("rule", "old", "new"), "old less new"),
     )
 
@@ -55,14 +55,80 @@ def test_a_measure_that_is_not_said_is_an_error(says):
 def test_a_table_has_a_column_for_each_measure_in_its_words(says):
     table = says.by("rule", "found", "off_by", corner="by")()
     assert list(table.rows) == ["new", "old"]
-    assert table.columns == {"found": "share of the films", "off by": "at most, m"}
+    assert table.columns == {"found": "share of the films", "off by (m)": "at most"}
     assert (table.about, table.corner) == ("3 films; 2 rules", "by")
     assert table["old", "found"] == ROWS.rate("found", rule="old")
-    assert table["new", "off by"] == exact(3.0, "m")
+    assert table["new", "off by (m)"] == exact(3.0, "m")
     assert says.by("rule", "found")(OTHERS)["new", "found"].estimate == 0
     one = says.by("film", "found", about="a rule", rule="old")()
     assert (len(one.rows), one.about, one.corner) == (3, "a rule", "film")
     assert [cell.estimate for (cell,) in one.rows.values()] == [0, 1, 0]
+
+
+def test_levels_are_columns_too(says):
+    table = says.by("film", "found", across="rule")()
+    assert table.columns == {"new": "share of the films", "old": "share of the films"}
+    assert [cell.estimate for cell in table.rows["1"]] == [1, 1]
+    assert [cell.estimate for cell in table.rows["0"]] == [1, 0]
+    both = says.by("film", "found", "off_by", across="rule", film={"third": 2})()
+    assert list(both.columns) == ["found, new", "found, old", "off by, new", "off by, old"]
+    assert [cell.estimate for cell in both.rows["third"]] == [0, 0, 3, 9]
+
+
+def test_levels_have_the_names_that_they_are_given(says):
+    table = says.by("rule", "off_by", rule={"the old one": "old", "any": ("new", "old")}, film=1)()
+    assert {name: cell.estimate for name, (cell,) in table.rows.items()} == {
+        "the old one": 5,
+        "any": 5,
+    }
+    assert (table.about, table.corner) == ("1 films; 2 rules", "rule")
+    columns = says.by("rule", "off_by", across="film", film={"last": 2, "first": 0})().columns
+    assert [*columns] == ["last", "first"]
+    assert [*says.by("rule", "found", rule=("old", "new"))().rows] == ["old", "new"]
+    assert [*says.by("rule", "found", rule="old")().rows] == ["old"]
+
+
+def test_rows_of_several_factors_are_their_pairs(says):
+    table = says.by(("film", "rule"), "off_by", film={"one": 0, "two": 1})()
+    assert {name: cell.estimate for name, (cell,) in table.rows.items()} == {
+        "one, new": 1,
+        "one, old": 4,
+        "two, new": 2,
+        "two, old": 5,
+    }
+    assert table.corner == ""
+
+
+def test_rows_are_taken_where_a_table_says(says):
+    places = {"a": {"rule": "old", "film": (0, 1)}, "b": lambda rows: OTHERS.where(film=0)}
+    table = says.by(places, "found", "off_by", corner="of")()
+    assert (table["a", "found"].estimate, table["a", "off by (m)"].estimate) == (0.5, 5)
+    assert (table["b", "found"].estimate, table["b", "off by (m)"].estimate) == (0, 4)
+    assert table.corner == "of"
+
+
+def test_other_rows_stand_above_and_below(says):
+    table = says.by(
+        "rule",
+        "found",
+        "off_by",
+        above={"nothing": {"off_by": ("median", "off by")}},
+        below={"best": {"found": lambda rows: len(rows)}},
+    )(ROWS.where(film=(1, 2)))
+    assert [*table.rows] == ["nothing", "new", "old", "best"]
+    assert (table.rows["nothing"], table.rows["best"]) == ((None, 4.0), (4, None))
+    across = says.by("rule", "found", across="film", below={"best": {"found": len}})()
+    assert across.rows["best"] == (2, 2, 2)
+
+
+def test_a_name_is_followed_by_the_unit_of_its_numbers():
+    """Where all have the same, and levels do not stand in its place."""
+    says = study(ROWS).says(
+        way_off=(lambda rows: rows.mean("off by", "m"), ""),
+        more=(lambda rows: exact(1.0, rows.levels("rule")[0]), ""),
+    )
+    assert [*says.by("rule")().columns] == ["way off (m)", "more"]
+    assert [*says.by({"all": {}}, "way_off", across="rule")().columns] == ["new", "old"]
 
 
 def test_a_sentence_takes_numbers_by_name(says):

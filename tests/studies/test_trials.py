@@ -522,6 +522,46 @@ def test_an_edited_study_computes_a_few_replicates_and_says_so_once(small, live,
     assert live("SCALE, CALLS = 2.0, []").drawn.rows().levels("film") == tuple(range(5))
 
 
+@pytest.mark.parametrize(
+    "levels", ['"at rest", "slow", "fast", "askew"', "0.1, 0.2, 0.3, 0.4", "1, 2, 10, 50"]
+)
+def test_an_edited_study_of_settings_computes_all_of_them(book, live, capsys, levels):
+    """What a page says of a setting by its name, it says after an edit, too."""
+    cells = (
+        CELLS[0],
+        f"@chapter.study(setting=({levels}))\n"
+        "def known(setting):\n    return {'error': SCALE * len(str(setting))}",
+    )
+    recorded = book.made(*cells).known
+    recorded.record()
+    live(*cells)
+    rows = live("SCALE = 5.0").known.rows()
+    assert rows.levels("setting") == recorded.rows().levels("setting")
+    np.testing.assert_allclose(rows.of("error"), 2.5 * recorded.rows().of("error"))
+    assert capsys.readouterr().out == "known was changed: 4 settings computed here.\n"
+
+
+def test_an_edited_study_that_takes_long_shows_the_recorded_rows_and_says_so(
+    small, live, capsys, monkeypatch
+):
+    """An edit does not stop the notebook for half an hour; other levels are computed still."""
+    small.drawn.record()
+    live(*CELLS)
+    monkeypatch.setattr("studies.stored.recorded_rows.seconds", lambda *_: {"as declared": (1, 59)})
+    study = live("SCALE = 6.0").drawn
+    assert study.rows().table.equals(small.drawn.rows().table)
+    assert "by other code" in study.rows().note
+    said = capsys.readouterr().out
+    assert said.startswith("drawn was changed: 3 films computed here would take some 3 minutes, so")
+    assert study.but(gain=3.0).rows().levels("film") == (0, 1, 2)
+
+
+@pytest.mark.parametrize("films", ["range(5)", "(7301, 7305, 7306, 7320)", "range(900, 940)"])
+def test_an_edited_study_of_draws_computes_a_few(live, films):
+    cell = f"@chapter.study(film={films})\ndef of_films(film):\n    return {{'error': 1.0}}"
+    assert len(live(CELLS[0], cell).of_films.rows()) == 3
+
+
 @pytest.mark.parametrize("changes", [{"gain": 2.0}, {"film": (4, 3)}])
 def test_levels_that_are_not_recorded_are_computed_in_a_notebook(small, live, capsys, changes):
     small.drawn.record()
