@@ -19,7 +19,7 @@ from studies.stored.recorded import Recorded
 from studies.stored.recordings import Recording
 from studies.trials import Trials
 
-PRIMER = ("one_belief", "many_guesses")
+PRIMER = ("one_belief", "many_numbers", "many_guesses")
 """Stems of the pages before the chapters, which teach what several of them need."""
 
 CHAPTERS = (

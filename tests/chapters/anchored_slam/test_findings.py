@@ -127,3 +127,9 @@ def test_robot_2_by_the_number_of_anchors():
     ate, aligned = errors.ate[1], errors.ate_aligned[1]
     assert (aligned[:2] < ate[:2] / 2).all()  # most of it is not the shape of the map
     assert page.robot_2.found() == page.five.found(robot=2) == ate.tolist()
+
+
+def test_gains_along_the_circles_begin_with_what_was_known_at_the_start():
+    for kind, found in page.along_the_circles().items():
+        assert (found.gains[:, 0] == 1).all(), kind
+        assert found.gains.shape[1] == len(found.rms) + 1 == page.STEPS + 1

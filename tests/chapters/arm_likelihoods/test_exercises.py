@@ -13,15 +13,14 @@ def test_a_patch_that_slides_by_the_share_of_the_exercise_is_as_unlike_as_it_say
     assert bhattacharyya(now, first) ** 2 == pytest.approx(0.3)
 
 
-def test_a_price_is_paid_by_hidden_points_alone_and_the_mean_is_over_all():
-    sheet = EXERCISES["likelihoods-price"]
+def test_a_price_on_hidden_points_brings_arms_back_and_finds_the_truth():
+    def with_price(far, seen):
+        return -(np.where(seen, np.minimum(far, 5), 5) ** 2).mean(axis=1)
 
-    def right(far, seen, price):
-        return -(np.where(seen, far, price) ** 2).mean(axis=1) / 2
+    def printed(far, seen):
+        return -(np.where(seen, far, 0).sum(axis=1) ** 2)
 
-    def over_the_visible(far, seen, price):
-        return -(np.where(seen, far, price) ** 2).sum(axis=1) / seen.sum(axis=1) / 2
-
-    assert sheet.judge(right)[0] == "right"
-    for wrong in (over_the_visible, lambda far, seen, price: -(far**2).mean(axis=1) / 2):
-        assert sheet.judge(wrong)[0] == "wrong"
+    sheet = EXERCISES["likelihoods-cost"]
+    assert sheet.judge(with_price)[0] == "right"
+    assert "hides" in sheet.judge(printed)[1]
+    assert "in clutter" in sheet.judge(lambda far, seen: seen.mean(axis=1))[1]

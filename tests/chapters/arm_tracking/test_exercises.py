@@ -29,3 +29,10 @@ def test_weights_that_all_vanish_are_not_right():
         return weights / weights.sum()
 
     assert EXERCISES["arms-weights"].judge(careless)[0] == "wrong"
+
+
+def test_arms_that_go_on_as_they_went_are_tracked_better_than_by_a_walk():
+    sheet = EXERCISES["arms-motion"]
+    assert sheet.judge(lambda before, last: (0.8 * (last - before), 1.0))[0] == "right"
+    assert sheet.judge(lambda before, last: (np.zeros(8), 1.0))[0] == "wrong"
+    assert "lost" in sheet.judge(lambda before, last: (np.zeros(8), 0.05))[1]

@@ -7,14 +7,17 @@ import numpy as np
 import pytest
 
 from robot_perception.arms.body_model import REST, Measures
-from robot_perception.arms.likelihoods import Bodies, EdgeCue, look
+from robot_perception.arms.likelihoods import Bodies, EdgeCue, edge_weight, look
+from robot_perception.arms.printed import SumCue
 from robot_perception.arms.tracker import BOUNDS, CUES
+from robot_perception.arms.watching import ArmWatch
 from robot_perception.book import arm_tracking as page
 from robot_perception.book.arm_tracking import (
     BEGIN,
     CLUTTER,
     FRAMES,
     HELD,
+    LAST,
     SCENES,
     WAYS,
     Run,
@@ -109,13 +112,28 @@ def test_directions_are_compared_in_space_and_in_the_picture():
     assert page.degrees_between(up, down, True) == pytest.approx(2 * np.degrees(np.arctan(0.1)))
 
 
-def test_the_floor_of_a_power_law_is_found():
-    particles = (25, 100, 400, 1600)
-    errors = 7 + 30 / np.sqrt(particles)
-    for taken in (100, 10**6):
-        floor, fit = page.floors(particles, np.stack([errors, 2 * errors]), taken)
-        np.testing.assert_allclose(floor, [7, 14], rtol=1e-6)
-        np.testing.assert_allclose(fit, floor + floor * 30 / 7 / np.sqrt(taken), rtol=1e-6)
+def test_the_error_with_more_particles_is_told_over_that_with_few_over_all_films():
+    """Two studies with two films each; other numbers of particles count for nothing."""
+
+    def rows(first):
+        return Rows(
+            framed(
+                {"film": first + k, "particles": m, "angles": first * error}
+                for k in (0, 1)
+                for m, error in ((25, 99.0), (400, 10.0), (1600, 8.0 + k))
+            ),
+            "film",
+            {},
+        )
+
+    assert page.with_more(400, 1600, rows(1)).estimate == pytest.approx(0.85)
+    both = page.with_more(400, 1600, rows(1), rows(3))
+    assert both.estimate == pytest.approx(4 * 17 / (4 * 20))
+    assert both.low < 0.85 < both.high
+    few = rows(1).where(particles=400).table
+    other = Rows(rows(1).table[rows(1).table["particles"] != 25], "film", {})
+    assert len(few) == 2
+    assert page.apf_400.value(other).estimate == pytest.approx(0.85)
 
 
 def test_the_films_of_a_study_are_of_people_who_vary_and_nobody_else_is_changed():
@@ -227,17 +245,113 @@ def test_errors_are_of_so_many_particles_and_of_draws_of_their_own(monkeypatch):
     assert films == [(6, "gesturing, plain", 40, page.VARIED)] * 2
 
 
-@pytest.mark.parametrize(
-    ("fixed", "found", "ends"),
-    [({}, 9 / 8, (9.5 / 9, 8.5 / 7)), ({"taken": 10_000}, 8.2 / 8, (9.1 / 9, 7.3 / 7))],
-)
-def test_the_fitted_error_at_the_number_taken_is_told_over_the_floor(fixed, found, ends):
-    """Two films whose errors are power laws: 7 + 30 M^-1/2 and 9 + 10 M^-1/2, °."""
-    trials = [{"film": k, "particles": m, "angles": a + b / np.sqrt(m)}
-              for k, a, b in ((1, 7, 30), (2, 9, 10)) for m in (25, 100, 400, 1600)]  # fmt: skip
-    above = page.above_floor(Rows(framed(trials), "film", fixed))
-    assert above.estimate == pytest.approx(found, rel=1e-6)
-    assert (above.low, above.high) == pytest.approx(ends, rel=1e-6)
+def test_enough_tracks_with_the_number_it_is_told_once_and_by_the_cues_of_a_name(monkeypatch):
+    off = [run_of(np.zeros((20, 2)), np.full((20, 8), np.radians(k))) for k in (2, 4)]
+    films, tracked = filmed(monkeypatch, off)
+    assert page.enough.trial(film=6, particles=1600)["angles"] == pytest.approx(2)
+    assert page.unseen.trial(film=6, particles=400)["angles"] == pytest.approx(4)
+    assert [one.rules.particles for one, _ in tracked] == [1600, 400]
+    assert [dict(one.cues) for one, _ in tracked] == [dict(CUES), dict(WAYS["no picture"])]
+    assert films == [(6, "gesturing, plain", 40, page.VARIED)] * 2
+
+
+def test_a_watch_is_asked_about_the_pictures_after_the_first_second():
+    """It tells of the tracker that a run tells of, and which arms are off, called and flagged."""
+    shown, watch = film_of(CHOOSING[2], CLUTTER, 19), ArmWatch(tracker_of(particles=30), level=-9.0)
+    wrists, called, flag = page.watch_over(watch, shown, 3)
+    run = follow(tracker_of(particles=30), shown, 3)
+    np.testing.assert_allclose(wrists, run.wrists[BEGIN:])
+    np.testing.assert_array_equal(flag, run.lost[BEGIN:])
+    assert called.shape == (4, 2)
+    always, never = (
+        page.watch_over(replace(watch, level=level), shown, 3)[1] for level in (0.0, -1e3)
+    )
+    assert always.all()
+    assert not never.any()
+
+
+def test_arms_that_are_called_lost_are_counted_where_they_are_lost_and_held(monkeypatch):
+    """Two arms in thirty pictures: one is lost in six, held in twenty, neither in four."""
+    wrists = np.full((30, 2), HELD - 1)
+    wrists[:6, 1], wrists[6:10, 1] = 2 * HELD + 1, 2 * HELD - 1
+    called, flag = np.zeros((30, 2), bool), np.zeros(30, bool)
+    called[:3, 1] = called[8:12, 1] = called[19, 0] = True
+    flag[5:8] = True
+    asked = []
+
+    def stub(watch, shown, seed):
+        asked.append((watch, seed))
+        return wrists, called, flag
+
+    films, _ = filmed(monkeypatch, [])
+    monkeypatch.setattr(page, "watch_over", stub)
+    trial = page.watched.trial(film=7, filter="apart", lost_arms="start anew")
+    counts = {"lost": 6, "held": 50, "noticed": 3, "wronged": 3, "flagged": 1, "called": 8}
+    assert {name: trial[name] for name in counts} == counts
+    assert trial["arms"] == 60
+    assert trial["both"]
+    wrists[-LAST:, 1] += np.r_[np.full(14, 0.0), 20.0 * LAST]
+    assert not page.watched.trial(film=7, filter="auxiliary", lost_arms="stay")["both"]
+    (one, seed), (other, _) = asked
+    assert (one.tracker.rules.filter, other.tracker.rules.filter) == ("apart", "auxiliary")
+    assert (one.anew, other.anew, seed) == (page.LOST_ARMS["start anew"], 0.0, 7)
+    assert one.level == other.level == ArmWatch(tracker_of()).level, "the library's own"
+    assert films == [(7, CLUTTER, FRAMES, page.VARIED)] * 2
+    assert not set(page.chosen.axes["film"]) & set(page.FRESH)
+
+
+def test_each_form_of_the_sum_is_tracked_with_all_else_as_in_the_paper_s_figure():
+    shown = film_of(CHOOSING[6], "pointing, plain", 2)
+    for scene, form, patches in page.TRIED.values():
+        tracker = page.tracker_by(scene, form, patches)
+        usual = WAYS["no motion"] if scene == page.PLAIN else CUES
+        kept = {k: m for k, m in usual.items() if patches or k not in ("colour", "texture")}
+        assert {k: m for k, m in tracker.cues.items() if k != "edges"} == {
+            k: m for k, m in kept.items() if k != "edges"
+        }
+        assert dict(tracker.bounds) == dict(BOUNDS)
+        cut = tracker.rules.edges.most
+        if form is None:
+            assert tracker.cues["edges"] is usual["edges"]
+            assert cut == 5
+            continue
+        state = tracker.start(shown.frames[0], rng=np.random.default_rng(0), face=shown.face)
+        cue = state.cues["edges"]
+        gain = None if scene == page.PLAIN else 0.5
+        weight = edge_weight(look(shown.frames[0]))
+        assert cue == SumCue(page.SIGMAS[form], gain, weight, form)
+        assert state.first.seen.static.max() > 5, "no distance is cut"
+
+
+def test_arms_are_asked_about_while_they_point_or_once_a_second_is_over(monkeypatch):
+    true = np.zeros((FRAMES, 8))
+    true[:, 0] = np.pi / 2  # the left arm points all the time
+    wrists = np.full((FRAMES, 2), HELD - 1)
+    wrists[:25] = HELD + 1
+    run = replace(run_of(wrists), effective=np.r_[99.0, np.full(FRAMES - 1, 7.0)])
+    films, tracked = filmed(monkeypatch, [run] * 2, page.BODY.joints(true))
+    point = page.printed.trial(film=8, tried="pointing, eq. (2)")
+    assert (point["asked"], point["near"], point["effective"]) == (FRAMES - 5, FRAMES - 25, 7.0)
+    both = page.printed.trial(film=8, tried="clutter, ours")
+    assert (both["asked"], both["near"]) == (2 * (FRAMES - BEGIN), 2 * (FRAMES - 25))
+    scenes = [(8, scene, FRAMES, page.VARIED) for scene in (page.PLAIN, CLUTTER)]
+    assert films == scenes
+    assert tracked[1][0].cues["edges"] is CUES["edges"]
+
+
+def test_forms_are_compared_film_by_film():
+    """Ours holds 6 of 10 and 4 of 8, eq. (2) 3 of 10 and 4 of 8: 0.15 of the time more."""
+    near = {"clutter, ours": (6, 4), "clutter, eq. (2)": (3, 4), "pointing, ours": (0, 0)}
+    rows = Rows(
+        framed(
+            {"film": k, "tried": tried, "near": found[k], "asked": (10, 8)[k]}
+            for k in (0, 1)
+            for tried, found in near.items()
+        ),
+        "film",
+        {},
+    )
+    assert page.lost_by(rows, "clutter").estimate == pytest.approx(0.15)
 
 
 def test_a_saved_state_is_in_collision_and_within_the_limits_of_the_joints(monkeypatch):

@@ -19,11 +19,22 @@ def test_the_new_pattern_is_where_complex_numbers_put_it():
     assert page.EXERCISES["nav-place"].judge(answer)[0] == "right"
 
 
-def test_the_printed_solution_steers_and_one_that_drives_backwards_does_not():
-    def steer(x, y, heading, speed=lambda x: max(x, 0.0)):
-        alpha = np.arctan2(y, x)
-        return speed(x), 2.5 * alpha - 0.8 * wrap_angle(heading - alpha)
+def law(distance, bearing):
+    """Return the law of the page with other gains."""
 
-    assert page.EXERCISES["nav-steer"].judge(steer)[0] == "right"
-    back = page.partial(steer, speed=lambda x: x)
-    assert page.EXERCISES["nav-steer"].judge(back)[0] == "wrong"
+    def steer(x, y, heading):
+        alpha = np.arctan2(y, x)
+        return distance * max(x, 0.0), bearing * alpha - 0.8 * wrap_angle(heading - alpha)
+
+    return steer
+
+
+def test_the_printed_law_bears_three_times_the_scale_and_a_slow_one_takes_too_long():
+    judge = page.EXERCISES["nav-law"].judge
+    assert judge(law(1.0, 5.0))[0] == "right"
+    assert judge(law(0.5, 2.5))[0] == judge(law(1.0, 2.5))[0] == "wrong"
+
+
+def test_the_law_of_the_page_arrives_as_often_as_its_table_says():
+    ours = page.approached.rows().of("arrives", change="3 times").mean()
+    assert page.arrives_by(law(1.0, 2.5), 3.0) == ours

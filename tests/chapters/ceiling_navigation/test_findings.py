@@ -67,10 +67,22 @@ def test_two_patterns_in_common_are_more_than_one():
 
 
 @pytest.mark.parametrize("claim", [page.mosaic_fig9, page.visual_memory])
-def test_what_our_rules_add_turns_the_verdict(claim):
-    assert claim.study.rows().levels("rules") == tuple(page.RULES)
-    for sabotage in claim.sabotages:
-        assert claim.value(sabotage.study.rows()).low >= 0
+def test_a_claim_on_what_is_left_open_is_of_the_printed_form_with_more_particles(claim):
+    rows = claim.study.rows()
+    least, *_, last = rows.levels("choice")
+    assert last == page.MORE
+    assert claim.value(rows) == claim.value(rows.where(choice=page.MORE))
+    assert claim.value(rows) != claim.value(rows.where(choice=least))
+
+
+def test_only_errors_that_are_wholly_within_the_range_are_bold():
+    table = page.by_choice(page.left_open.rows(), page.repeated.rows(), page.longer.rows())
+    bold = page.holding(table)
+    errors = [name for name in table.columns if name != "reproduced"]
+    for row in table.rows:
+        for name in errors:
+            cell = table[row, name]
+            assert ((row, name) in bold) == (cell is not None and cell.high <= page.SEARCHED)
 
 
 def test_the_composed_picture_is_the_ceiling_where_the_robot_was_right():

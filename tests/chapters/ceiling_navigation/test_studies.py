@@ -30,6 +30,32 @@ def test_a_sighting_is_where_the_pattern_is_in_the_robots_frame():
     assert found[3] == pytest.approx(1)
 
 
+def test_a_correction_is_exact_for_the_mount_and_the_ceiling_that_it_was_made_for():
+    """Tilted since, or below a lower ceiling, the camera sees corrected points elsewhere."""
+    few = page.corrected.but(mounts=20)
+    assert few.trial(draw=71)["down"].max() < 1e-6
+    for change in ({"since": np.deg2rad(2)}, {"below": 0.3}):
+        assert np.median(few.but(**change).trial(draw=71)["down"]) > 1.0
+
+
+def test_three_noisy_patterns_are_nearer_in_the_mean_than_one():
+    off = page.posed.but(poses=300).trial(draw=72)
+    for axis in "xy":
+        assert np.std(off[f"mean {axis}"]) < 0.8 * np.std(off[f"one {axis}"])
+
+
+@pytest.mark.parametrize(("way", "common"), [("two in common", 2), ("three in common", 3)])
+def test_neighbouring_key_images_have_the_patterns_in_common_that_are_asked_for(way, common):
+    """In a row of pictures each loses one pattern of five and meets a new one."""
+    images = [
+        {f"{k}": np.array([40.0 * (k - i), 0.0, 0.0, 1.0]) for k in range(i, i + 5)}
+        for i in range(12)
+    ]
+    kept = page.chosen(images, way)
+    shared = [len(images[a].keys() & images[b].keys()) for a, b in pairwise(kept)]
+    assert min(shared) == common
+
+
 def test_patterns_near_the_border_and_beyond_it_are_not_seen():
     there = {str(k): np.array([x, 0.0, 0.0]) for k, x in enumerate((0.0, 1.6, 1.63, 3.0))}
     view = page.seen(page.looking(), np.zeros(3), there, border=30.0)
@@ -42,6 +68,37 @@ def test_patterns_near_the_border_and_beyond_it_are_not_seen():
 
 def test_what_a_camera_sees_of_the_ceiling_is_half_its_picture_wide():
     np.testing.assert_allclose(HALF, [159.5 / 80, 119.5 / 80])
+
+
+# What the paper leaves open
+
+
+def test_choices_leave_everything_else_as_printed():
+    assert page.printed_with(*page.CHOICES[page.FEWER]) == page.PRINTED
+    two = page.printed_with(*page.CHOICES[page.TWICE])
+    assert two.tracker == replace(page.PRINTED.tracker, passes=1)
+    more = page.printed_with(*page.CHOICES[page.MORE])
+    assert more.tracker == replace(page.PRINTED.tracker, particles=1000)
+    assert replace(more, tracker=page.PRINTED.tracker) == page.PRINTED
+
+
+def test_what_is_astray_is_counted_over_the_first_metres():
+    """Off by nothing for a metre, then by 5 cm (3 along, 4 across), along steps of half a metre."""
+    true = np.column_stack([0.5 * np.arange(5), np.zeros(5), np.zeros(5)])
+    told = true + np.outer(true[:, 0] > 1.0, [0.03, 0.04, 0.5])
+    run = SimpleNamespace(true=true, told=told)
+    assert page.astray(run, 1.0) == 0
+    assert page.astray(run, 1.5) == pytest.approx(0.05 * np.sqrt(1 / 4))
+    assert page.astray(run) == pytest.approx(0.05 * np.sqrt(2 / 5))
+
+
+def test_a_grey_picture_is_asked_of_patterns_of_the_picture_before():
+    """By the printed measure they are seen in it, and by the one without means they are not."""
+    printed, ours = (page.greyed.trial(ceiling=120, rules=name) for name in page.RULES)
+    assert printed["patterns"] > 0
+    assert printed["seen"] == printed["patterns"]
+    assert ours["patterns"] > 0
+    assert ours["seen"] == 0
 
 
 # Eqs (1) and (2)
@@ -228,17 +285,26 @@ def test_steering_by_the_mosaic_needs_no_common_pattern():
     assert np.hypot(*(path[-1] - true[-1])[:2]) < 0.06
 
 
+def test_from_a_key_image_without_a_common_pattern_no_direction_leads_on():
+    alone, common = (
+        page.stranded.but(way=way).trial(ceiling=900, path="corner")
+        for way in ("none in common", "both conditions")
+    )
+    assert alone["stuck"] == alone["pairs"] > 0
+    assert common["stuck"] == 0
+    assert common["pairs"] > alone["pairs"]
+
+
 def test_a_condition_is_needed_where_both_reproduce_and_one_alone_does_not():
     """Of four drives the last is not reproduced by both, and does not count."""
     fits = {"both conditions": [1, 1, 1, 0], "turned at will": [0, 0, 1, 0]}
     table = framed(
-        {"ceiling": k, "path": "corner", "way": way, "fits": bool(fits[way][k]), "comes": k > 0}
+        {"ceiling": k, "path": "corner", "way": way, "fits": bool(fits[way][k])}
         for way in fits
         for k in range(4)
     )
     rows = Rows(table, "ceiling", {})
     assert page.needed(rows, "turned at will").estimate == pytest.approx(2 / 3)
-    assert page.strands(rows, "turned at will").estimate == pytest.approx(1 / 4)
 
 
 # Pictures

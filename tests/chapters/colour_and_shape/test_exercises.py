@@ -5,7 +5,7 @@ import pytest
 
 from robot_perception.appearance.segmentation import euler_number
 from robot_perception.appearance.shape_scores import log_weight
-from robot_perception.book.colour_and_shape import EXERCISES
+from robot_perception.book.colour_and_shape import EXERCISES, overlap_by
 
 
 def test_a_piece_with_three_holes_has_the_number_of_the_exercise():
@@ -19,18 +19,19 @@ def test_samples_of_the_exercise_are_just_enough():
     assert 0.9**enough <= 0.01 < 0.9 ** (enough - 1)
 
 
-@pytest.mark.parametrize(
-    ("score", "words"),
-    [
-        (lambda predicted, found: min(predicted, found) / max(predicted, found), "Right"),
-        (lambda p, found: abs(p - found) / max(p, found), "the printed score"),
-        (lambda p, found: found / p, "too large and too small"),
-        (lambda p, found: p / found, "too large and too small"),
-        (lambda p, found: 1.0, "one half"),
-    ],
-)
-def test_scores_of_an_area_are_told_apart(score, words):
-    assert words in EXERCISES["shape-score"].judge(score)[1]
+def test_three_points_fix_an_affine_map_and_two_do_not():
+    points = np.random.default_rng(0).standard_normal((4, 3))
+    points[:, 2] = 1.0
+    answer = EXERCISES["shape-freedom"].answer
+    assert np.linalg.matrix_rank(points[:answer]) == 3 > np.linalg.matrix_rank(points[: answer - 1])
+
+
+def test_cells_are_told_by_shares_of_inside_and_around():
+    """The page's own rule, and one that compares numbers, lose a beetle."""
+    judge = EXERCISES["shape-belongs"].judge
+    assert judge(lambda inside, around: inside / inside.sum() > around / around.sum())[0] == "right"
+    assert judge(lambda inside, around: inside > around)[0] == "wrong"
+    assert overlap_by(lambda inside, around: inside > 0, 4101) < 0.1
 
 
 def heavy(rho, sigma):

@@ -68,6 +68,7 @@ def test_scored_films_are_new_and_spaces_have_cells_of_one_number():
     own = {*page.CHOOSING, page.TRAINING, *range(1001, 1031), *range(2001, 2041)}
     for study in (page.followed, page.relit, page.recoloured, page.slid, page.replaced):
         assert not set(study.replicates) & own
+    assert not {*page.illuminated.replicates} & {*page.recoloured.replicates}
     assert {page.rules_of("circles", space).binning.count for space in page.SPACES} == {4096}
     assert {binning.count for binning in page.CELLS.values()} == {4096}
     for name, count in page.MANY.items():
@@ -199,6 +200,42 @@ def test_a_model_is_compared_with_the_space_that_does_best():
     assert page.ahead(rows, "adapted mixture", "circles").estimate == pytest.approx(0.2)
 
 
+def middles_of(film, at):
+    """Return mean colours of the disc and of a corner of the ground, shares of full light."""
+    inside = filled(film.outlines[at], (240, 320))
+    parts = film.frames[at][inside], film.frames[at][:30, :30].reshape(-1, 3)
+    return [(part.mean(axis=0) / 255) ** 2.2 for part in parts]
+
+
+def test_light_falls_on_all_and_paint_on_the_disc_alone():
+    far = 24
+    light, paint, calm = (page.lit(one, 9003) for one in (page.COLOURED, page.PAINTED, page.CALM))
+    (disc, ground), (later, beneath) = middles_of(light, 0), middles_of(light, far)
+    assert later / disc == pytest.approx(beneath / ground, rel=0.05)
+    assert np.ptp(later / disc) > 0.2
+    (disc, ground), (later, beneath) = middles_of(paint, 0), middles_of(paint, far)
+    assert beneath == pytest.approx(ground, rel=0.02)
+    assert np.abs(later / disc - 1).max() > 0.2
+    for before, after in zip(middles_of(calm, 0), middles_of(calm, far), strict=True):
+        assert after == pytest.approx(before, rel=0.03)
+
+
+def test_brightness_alone_keeps_the_shares_of_red_green_and_blue():
+    film = page.lit(page.BRIGHTER, 9003)
+    (disc, _), (later, _) = middles_of(film, 0), middles_of(film, 24)
+    assert np.ptp(later / disc) < 0.05
+    assert abs((later / disc).mean() - 1) > 0.1
+
+
+def test_a_window_that_is_told_the_place_lies_on_a_disc_and_one_at_rest_does_not():
+    told, rests = (
+        page.illuminated.trial(film=9003, world=page.CALM, model=one)["overlap"]
+        for one in (page.TOLD, page.RESTS)
+    )
+    assert told > 0.98
+    assert rests < 0.5
+
+
 # Another shape, and something in front
 
 
@@ -231,25 +268,27 @@ def test_a_star_in_its_place_is_rejected():
     assert found["rho"] > page.IN_RGB.worst
 
 
-def test_a_cover_comes_or_is_there_and_leaves(monkeypatch):
-    seen = {}
+@pytest.mark.parametrize("paint", [page.OTHER, page.OWN])
+@pytest.mark.parametrize("cover", page.COVERS)
+def test_a_disc_passes_behind_two_fifths_of_a_thing_that_lies_still(cover, paint):
+    seen, hidden = page.behind(cover, paint, 29, RNG(9002))
+    assert hidden == pytest.approx(0.4, abs=0.03)
+    way = seen.outlines[-1].mean(axis=0) - seen.outlines[0].mean(axis=0)
+    assert np.hypot(*way) == pytest.approx(140)
+    spread = [
+        seen.frames[t][filled(seen.outlines[t], (240, 320))].std(axis=0).max() for t in (0, 14, 28)
+    ]
+    assert (spread[1] > 2 * max(spread[0], spread[2])) == (paint == page.OTHER)
 
-    def watch(film, outlines):
-        seen["film"] = film
-        return np.ones(len(film.outlines) - 1)
 
-    monkeypatch.setattr(page, "overlaps_of", watch)
-    monkeypatch.setattr(page, "follow", lambda *args: iter(()))
-    for cover in page.COVERS:
-        for when in page.WHEN:
-            page.screened.trial(film=9002, cover=cover, when=when)
-            film = seen["film"]
-            spread = [
-                film.frames[t][filled(film.outlines[t], (240, 320))].std(axis=0).max()
-                for t in (0, 7, 15)
-            ]
-            assert spread[1] > 2 * spread[2]  # two colours where there was one
-            assert (spread[0] > 2 * spread[2]) == (when == page.WHEN[1])
+def test_a_larger_thing_hides_all_of_the_disc():
+    assert page.behind(page.WHOLE, page.OTHER, 29, RNG(9002))[1] == 1
+
+
+def test_an_outline_at_rest_ends_off_the_disc():
+    short = page.passed.but(frames=29).trial(film=9002, cover="square", paint=page.OTHER)
+    assert not short["rests"]
+    assert short["held"] == (short["last"] >= 0.5)
 
 
 # A training sequence
@@ -285,8 +324,17 @@ def test_a_film_that_teaches_itself_is_foretold_better_than_by_colours_that_stay
 
 
 def test_an_error_over_that_of_colours_that_stay_is_a_geometric_mean():
-    trials = [{"film": film, "world": "snail", "learnt": page.BY_ONE, "error": error}
+    trials = [{"film": film, "world": "snail", "learnt": page.GO_ON, "error": error}
               for film, error in enumerate((0.5, 8.0))]  # fmt: skip
     value = page.over_staying(Rows(framed(trials), "film", {}))
     assert value.estimate == pytest.approx(2)
     assert (value.low, value.high) == pytest.approx((0.5, 8))
+
+
+def test_a_claim_speaks_of_the_worst_kind_and_its_condition_of_the_best():
+    errors = dict(zip(page.WORLDS, (0.5, 0.7, 1.2, 1.4), strict=True))
+    trials = [{"film": film, "world": world, "learnt": page.GO_ON, "error": error}
+              for film in (0, 1) for world, error in errors.items()]  # fmt: skip
+    rows = Rows(framed(trials), "film", {})
+    assert page.worst(rows).estimate == pytest.approx(0.7)
+    assert page.least(rows).estimate == pytest.approx(1.2)

@@ -29,8 +29,14 @@ def test_so_many_guesses_count_in_eight_coordinates():
     assert page.EXERCISES["parts-count"].answer == pytest.approx(400 * share, rel=0.1)
 
 
-def test_the_solution_of_the_code_exercise_is_right_and_its_mistakes_are_told():
-    exercise = page.EXERCISES["parts-code"]
-    assert_judged(exercise, page.coefficient)
-    assert_told(exercise, lambda C, M: np.sqrt(C * M).sum(), "sum first")
-    assert_told(exercise, page.of_shares, "intersection")
+def test_the_rule_of_the_solution_beats_those_of_the_page_and_mistakes_are_told():
+    def compare(C, M):
+        c, m = C / C.sum(), M / M.sum()
+        both = c + m > 0
+        return -((c - m)[both] ** 2 / (c + m)[both]).sum()
+
+    exercise = page.EXERCISES["parts-rule"]
+    assert_judged(exercise, compare)
+    for rule in (page.printed, page.ballard, lambda C, M: C.sum(), lambda C, M: 0.0):
+        assert_told(exercise, rule, "half an octave")
+    assert_told(exercise, lambda C, M: (C * M).sum() / np.linalg.norm(C), "does not reach")

@@ -100,6 +100,13 @@ def test_films_are_counted_by_how_they_end():
     assert page.small(alone).estimate == 0  # a sabotage has one rule, whichever it is
 
 
+@pytest.mark.usefixtures("short")
+def test_a_size_that_is_told_is_nearer_than_one_that_never_changes():
+    off = {rule: page.near.trial(film=page.FILM, rule=rule)["off"] for rule in page.NEAR}
+    assert off[page.NEAREST] < 0.05 < off[page.FIRST]
+    assert off[page.NEAREST] <= min(off.values())
+
+
 # Faces -------------------------------------------------------------------------------------------
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.distance import cdist
 
+from data_synth.wheels import true_increments
 from robot_perception.book import look_alikes as look
 from robot_perception.evaluation.trajectories import absolute_error
 from robot_perception.geometry import act, compose, inverse, se3
@@ -268,34 +269,104 @@ def test_entries_that_differ_are_those_that_changed_or_are_new():
     assert not look.differs(before, before).any()
 
 
-def test_troubles_are_those_that_are_named(monkeypatch):
-    asked = []
+def test_one_pose_finds_the_names_and_the_paths_of_filters_that_are_told_them(seen, driven):
+    drive, report = driven
+    steps, start = look.from_above(drive, report), seen.poses[0]
+    paths = {
+        True: look.joint(start, steps).poses,
+        False: [belief.pose for belief in look.separate(start, steps)],
+    }
+    for together, path in paths.items():
+        with unchecked():
+            alone = look.one_pose(seen, report, drive.options, look.told(seen), together)
+        assert (alone.founders == drive.founders).all()
+        assert (alone.matched, alone.wrong) == (drive.matched, 0)
+        assert alone.path == pytest.approx(np.array(path), abs=1e-9)
+    assert np.abs(paths[True] - np.array(paths[False])).max() > 1e-3
 
-    def troubled(building, trouble, count, reach):
-        asked.append((trouble, count, reach))
-        path = np.zeros((3, 3))
-        seen = SimpleNamespace(poses=path)
-        return SimpleNamespace(path=path, odometry=path, seen=seen, founders=[]), None
 
-    monkeypatch.setattr(look, "troubled", troubled)
-    look.hypothesised.one(210, "wheels", "10 particles")
-    look.hypothesised.one(210, "wheels", "100 particles", truly="names")
-    look.guarded.one(220, look.GATED)
-    assert asked == [("wheels", 10, 1000), ("names", 100, 1000), ("names", 10, 0.3)]
+def test_one_pose_names_what_looks_alike_only_inside_its_gate(seen, driven):
+    _, report = driven
+    ask, found = look.misnamed(seen, 1.0, RNG(5)), {}
+    for reach in (0.0, 0.3, 1000.0):
+        with unchecked():
+            drive = look.one_pose(seen, report, look.Options(reach=reach), ask, True)
+        found[reach] = drive.matched
+        assert drive.wrong == drive.matched
+        assert drive.means.shape == (len(drive.founders), 2)
+    assert found[0.0] < found[0.3] < found[1000.0]
 
 
-def test_where_both_have_a_gate_it_can_be_opened(monkeypatch, driven):
-    levels = []
+def test_a_drive_has_the_filter_the_gate_the_wheels_and_the_names_that_are_asked_for(monkeypatch):
+    seen, asked = begun(20), []
 
-    def joint(start, steps, level):
-        levels.append(level)
-        return SimpleNamespace(poses=driven[0].path)
+    def drive_through(seen, options, report, own, ask):
+        asked.append((options.reach, report, None))
+        return SimpleNamespace()
 
-    monkeypatch.setattr(look, "troubled", lambda *_: driven)
-    monkeypatch.setattr(look, "joint", joint)
-    for open in (False, True):
-        look.guarded.one(220, "joint, gate", open=open)
-    assert levels == [0.99, 1.0]
+    def one_pose(seen, report, options, ask, together):
+        asked.append((options.reach, report, together))
+        return SimpleNamespace()
+
+    monkeypatch.setattr(look, "seen_in", lambda building: seen)
+    monkeypatch.setattr(look, "drive_through", drive_through)
+    monkeypatch.setattr(look, "one_pose", one_pose)
+    monkeypatch.setattr(look, "judged", lambda drive, report, building: {"path": 1.0})
+    look.spoilt.one(310, 0, "1 m", 0.16)
+    look.spoilt.one(310, 0, "1 m", 0.16, worse=0.1)
+    look.hypothesised.one(310, 0, "its own", "joint")
+    look.skidded.one(310, 0, 3.0, "separate", believed=1 / 3)
+    look.skidded.one(310, 0, 3.0, "10 particles", believed=1 / 3)
+    assert [(reach, together) for reach, _, together in asked] == [
+        *[(1.0, None)] * 2, (0.0, True), (0.3, False), (0.3, None)
+    ]  # fmt: skip
+    first = asked[0][1].deviations
+    sizes = [np.median(report.deviations / first) for _, report, _ in asked]
+    assert sizes == pytest.approx([1.0, 0.1, 1.0, 1.0, 3.0])
+    assert (asked[3][1].increments == asked[4][1].increments).all()
+
+
+def test_a_map_is_right_by_its_rooms_and_their_order(driven, monkeypatch):
+    drive, report = driven
+    for inside, ordered in ((0.96, True), (0.94, True), (0.96, False)):
+        found = SimpleNamespace(inside=inside, ordered=ordered, torn=2.0)
+        monkeypatch.setattr(look, "rooms", lambda building: None)
+        monkeypatch.setattr(look, "topology", lambda drive, floors, found=found: found)
+        got = look.judged(drive, report, 0)
+        assert got["right"] == got["alone"] == (inside == 0.96 and ordered)
+    assert got["wheels"] == pytest.approx(absolute_error(drive.odometry, drive.seen.poses, False))
+
+
+def test_the_map_of_the_wheels_alone_has_the_landmarks_where_the_wheels_put_them(monkeypatch):
+    seen, judged = begun(), []
+    report = look.replace(look.roll(seen.poses, RNG(3)), increments=true_increments(seen.poses))
+    founders = np.flatnonzero(np.diff(seen.tracks, prepend=-1))[:300]
+    drive = SimpleNamespace(
+        seen=seen, founders=founders, places=seen.places[founders], path=seen.poses,
+        means=seen.places[founders], matched=0, wrong=0,
+    )  # fmt: skip
+
+    def topology(drive, floors):
+        judged.append(np.linalg.norm(drive.means - drive.places, axis=1))
+        return SimpleNamespace(inside=1.0, ordered=True, torn=0.0)
+
+    monkeypatch.setattr(look, "rooms", lambda building: None)
+    monkeypatch.setattr(look, "topology", topology)
+    look.judged(drive, report, 0)
+    assert 0.0 < np.median(judged[1]) < 0.1
+
+
+def drives(paths):
+    """Return rows of drives through two buildings, each drive with wheels that are 1 m off."""
+    columns = {"path": np.array(paths), "wheels": np.ones(4), "building": np.array([1, 1, 2, 2])}
+    return SimpleNamespace(of=columns.get, levels=lambda name: [1, 2])
+
+
+def test_a_drive_is_lost_that_ends_up_farther_off_than_by_the_wheels_alone():
+    some, others = drives([0.5, 1.5, 2.0, 3.0]), drives([0.5, 0.9, 0.9, 1.1])
+    assert look.lost(some).tolist() == [0.5, 1.0]
+    assert look.lost(others).tolist() == [0.0, 0.5]
+    assert look.loses_more(some, others).estimate == 0.5
 
 
 def test_bad_wheels_are_three_times_as_bad_and_names_are_wrong_where_they_should_be(monkeypatch):
@@ -317,3 +388,26 @@ def test_only_one_filter_is_lost():
             (s, f, 4.0 if (s, f) == (share, "one filter, gate") else error) for s, f, error in told
         ]
         assert not look.only_one_filter_is_lost(other)
+
+
+def test_each_line_of_the_forest_is_a_ratio_of_recorded_means():
+    rows = look.mapped.rows()
+    errors = [rows.of("path", distance=d).mean() for d in (look.RAW, look.EUCLID)]
+    of_plans = look.by_paths()["ten plans, gate of 1 m"][0]
+    assert of_plans.found.estimate == pytest.approx(errors[0] / errors[1])
+    assert of_plans.limit == look.mahalanobis_map.accepted.high
+    shares = {line.name: line.found.estimate for line in look.by_matches()["one plan, gate of 1 m"]}
+    (share,) = shares.values()
+    wide = [look.wrong_share(look.compared.rows().where(distance=d + look.WIDE)).mean()
+            for d in (look.RAW, look.EUCLID)]  # fmt: skip
+    assert share == pytest.approx(wide[0] / wide[1])
+
+
+def test_a_state_of_the_explorer_is_a_drive_through_each_of_ten_buildings():
+    for state in look.buildings.parameters():
+        found = look.in_buildings(**state)
+        assert len(found.off) == len(found.wheels) == len(found.right) == 10
+        assert found.lost == np.count_nonzero(found.off > found.wheels)
+    right = look.in_buildings(16, "none", "one filter")
+    drives = look.hypothesised.rows().where(draw=0, gate="none", filter="joint")
+    assert right.off.tolist() == drives.of("path").tolist()

@@ -5,8 +5,10 @@ import pytest
 from scipy import stats
 
 from data_synth.wheels import Slip, roll
-from robot_perception.book.loop_closing import EXERCISES
+from robot_perception.book.loop_closing import EXERCISES, met_again, recognised
 from robot_perception.slam import planar
+from tests.chapters.exercises import assert_judged, assert_told
+from tests.teaching.test_grading import recognise
 
 RNG = np.random.default_rng
 
@@ -39,3 +41,24 @@ def test_exercise_of_the_start_is_what_the_filter_says():
         start = planar.MapBelief.start(np.zeros(3), np.diag(deviations) ** 2)
         aside.append(np.sqrt(planar.add_landmarks(start, seen, sensor).cov[-1, -1]))
     assert EXERCISES["loop-start"].answer == pytest.approx(aside[0] / aside[1])
+
+
+def nearest(old, new):
+    away = np.linalg.norm(new[:, None] - old, axis=2)
+    return np.where(away.min(axis=1) < 2.0, away.argmin(axis=1), -1)
+
+
+def test_doors_are_recognised_by_their_distances_and_not_by_where_they_lie():
+    exercise = EXERCISES["loop-recognise"]
+    assert_judged(exercise, recognise)
+    assert_told(exercise, nearest, "more than one name is wrong")
+    assert_told(exercise, lambda old, new: np.full(len(new), -1), "stays open")
+    assert [recognised(one) for one in (nearest, recognise)] == [(4, 13), (27, 0)]
+    assert sum((meant >= 0).sum() for *_, meant in map(met_again, range(3))) == 27
+
+
+@pytest.mark.parametrize(
+    ("key", "printed"), [("loop-drift", 4.2), ("loop-start", 7.8), ("loop-frozen", 12)]
+)
+def test_the_printed_digits_are_enough(key, printed):
+    assert EXERCISES[key].judge(printed)[0] == "right"

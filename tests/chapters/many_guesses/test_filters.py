@@ -64,11 +64,11 @@ def test_weights_make_means_under_another_density():
 @pytest.mark.parametrize("seed", range(6))
 def test_a_step_is_the_librarys(step, sensor, seed):
     rng = np.random.default_rng(seed)
-    guesses, some = rng.uniform(0, page.LENGTH, 60), rng.dirichlet(np.ones(60))
+    samples, some = rng.uniform(0, page.LENGTH, 60), rng.dirichlet(np.ones(60))
     z = rng.uniform(0, 4)
-    prior = ParticleSet(guesses[:, None], np.log(some))
+    prior = ParticleSet(samples[:, None], np.log(some))
     theirs, _ = page.BY_LIBRARY[step.__name__](prior, z, sensor, np.random.default_rng(seed))
-    ours = step(guesses, some, z, sensor, np.random.default_rng(seed))
+    ours = step(samples, some, z, sensor, np.random.default_rng(seed))
     np.testing.assert_allclose(ours[0], theirs.states[:, 0], atol=1e-12)
     np.testing.assert_allclose(ours[1], theirs.weights, atol=1e-12)
 
@@ -77,10 +77,10 @@ def test_a_step_is_the_librarys(step, sensor, seed):
 def test_each_filter_aims_at_the_exact_belief(step):
     x, z = page.drive(np.random.default_rng(5), 0.2)
     beliefs = page.exact(z, 0.2)
-    for (guesses, some), belief in zip(
+    for (samples, some), belief in zip(
         page.follow(step, z, 0.2, np.random.default_rng(0), 50_000), beliefs, strict=True
     ):
-        counted = np.histogram(guesses, 40, (0, page.LENGTH), weights=some)[0]
+        counted = np.histogram(samples, 40, (0, page.LENGTH), weights=some)[0]
         listed = belief.reshape(40, -1).sum(axis=1)
         assert np.abs(counted - listed).max() < 0.03
     assert len(beliefs) == len(x) + 1
@@ -90,17 +90,17 @@ def test_the_exact_belief_is_that_of_the_other_page():
     """By cells of a decimetre, rolled by a matrix instead of a convolution."""
     z = [1.0, 0.3]
     belief = one_belief.ANYWHERE
-    for reading in z:
-        belief = one_belief.roll(belief, page.SPEED, page.WHEELS)
-        likelihood = np.exp(page.log_likelihood(reading, one_belief.PLACES, 0.4))
-        belief = one_belief.sense(belief, likelihood)
+    for measurement in z:
+        belief = one_belief.predict(belief, page.SPEED, page.WHEELS)
+        likelihood = np.exp(page.log_likelihood(measurement, one_belief.PLACES, 0.4))
+        belief = one_belief.update(belief, likelihood)
     fine = page.exact(z, 0.4)[-1].reshape(200, 10).sum(axis=1)
     assert np.abs(fine - belief).max() < 2e-3
 
 
-def test_a_proposal_is_the_product_of_motion_and_reading():
+def test_a_proposal_is_the_product_of_motion_and_measurement():
     mean, deviation = page.proposed(np.array([2.0]), 0.7, 0.2)  # to 3 m, where the door is at 4
-    by_update = one_belief.update(3.0, page.WHEELS**2, 4.0 - 0.7, 0.2**2)
+    by_update = one_belief.gaussian_update(3.0, page.WHEELS**2, 4.0 - 0.7, 0.2**2)
     assert (mean[0], deviation**2) == pytest.approx(by_update)
 
 
@@ -150,3 +150,13 @@ def test_a_comb_is_systematic_drawing_with_its_random_number():
     offset = np.random.default_rng(9).random()
     drawn = page.systematic(some, 20, np.random.default_rng(9))
     assert (page.with_offset(some, offset) == drawn).all()
+
+
+def test_heavy_tails_keep_the_drives_and_stay_sharp():
+    """What the solution says, and both ways in which a Gaussian fails."""
+    own = page.EXERCISES["guesses-own"]
+    assert own.judge(lambda gaps: -np.log(1 + (gaps / 0.02) ** 2))[0] == "right"
+    for sigma, words in ((0.02, "too many drives"), (0.1, "blunt")):
+        outcome, said = own.judge(lambda gaps, sigma=sigma: -0.5 * (gaps / sigma) ** 2)
+        assert outcome == "wrong"
+        assert words in said

@@ -5,6 +5,7 @@ import pytest
 
 from robot_perception.book import map_localisation as page
 from robot_perception.geometry import wrap_angle
+from tests.teaching.test_grading import place_of
 
 
 @pytest.fixture(scope="module")
@@ -31,3 +32,11 @@ def test_the_solution_gives_the_pose_and_slips_do_not():
     assert page.gives_the_pose(page.implied)
     assert not page.gives_the_pose(lambda p, q, m, n: page.implied(m, n, p, q))
     assert not page.gives_the_pose(lambda p, q, m, n: page.implied(p, q, n, m))
+
+
+def test_the_place_is_found_by_agreement_and_not_by_the_mean_of_all():
+    def mean(points, places):
+        return [*(places - points).mean(axis=0), 0.0]
+
+    assert page.finds_the_place(place_of)
+    assert not page.finds_the_place(mean)

@@ -5,8 +5,9 @@ import pytest
 
 from robot_perception import kalman
 from robot_perception.beliefs import Gaussian
-from robot_perception.book.monobot import EXERCISES, limit
+from robot_perception.book.monobot import EXERCISES, heard, limit
 from robot_perception.slam.monobot import run_filter
+from tests.chapters.exercises import assert_judged, assert_told
 
 
 def settles_at(landmarks, start_variance):
@@ -37,3 +38,25 @@ def test_four_landmarks_settle_where_the_recursion_does():
 def test_so_many_landmarks_and_not_one_less_come_within_a_per_cent():
     enough = EXERCISES["monobot-4"].answer
     assert limit(enough).landmark_variance <= 1.01 < limit(enough - 1).landmark_variance
+
+
+def spread(innovations, S, u):
+    return np.mean(innovations**2 / S) > 1.05
+
+
+def leaning(innovations, S, u):
+    t = (innovations * u / S).sum() / np.sqrt(len(innovations) * (u**2 / S).sum())
+    return abs(t) > 2.5
+
+
+def test_an_alarm_hears_the_early_filter_by_what_its_innovations_go_along_with():
+    exercise = EXERCISES["monobot-alarm"]
+    assert_judged(exercise, leaning)
+    assert_told(exercise, spread, "hardly larger")
+    assert_told(exercise, lambda *_: True, "right filters")
+    assert heard(spread) == (0.0, 0.45)
+
+
+@pytest.mark.parametrize("key", ["monobot-1", "monobot-3"])
+def test_two_digits_are_enough(key):
+    assert EXERCISES[key].judge(round(EXERCISES[key].answer, 2))[0] == "right"

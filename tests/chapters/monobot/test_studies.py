@@ -368,6 +368,13 @@ def test_the_robot_takes_over_after_the_root_of_twice_the_ratio(ratio):
     assert abs(first - np.sqrt(2 / ratio)) < 1.5
 
 
+@pytest.mark.parametrize("n", [2, 4])
+def test_the_end_of_a_run_is_its_last_update_the_other_way_round(n):
+    whole = book.revised.trial(landmarks=n, plant=0.01)["robot over landmark"]
+    end = book.ended.but(updates=len(whole)).trial(landmarks=n, plant=0.01)["landmark over robot"]
+    assert end * whole[-1] == pytest.approx(1, rel=1e-6)
+
+
 def test_the_table_of_revisions_says_at_which_update():
     table = book.by_update()
     assert table["0.5", "update 1"] == pytest.approx(0.5)

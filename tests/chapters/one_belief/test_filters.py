@@ -42,15 +42,15 @@ def test_likelihoods_of_both_words_add_up_to_one():
 
 
 def test_a_motion_moves_the_mean_and_adds_variances():
-    before = page.sense(page.ANYWHERE, page.gaussian(page.PLACES, 6.0, 0.5**2))
-    mean, variance = page.moments(page.roll(before, 5.0, 0.4))
+    before = page.update(page.ANYWHERE, page.gaussian(page.PLACES, 6.0, 0.5**2))
+    mean, variance = page.moments(page.predict(before, 5.0, 0.4))
     assert (mean, variance) == pytest.approx((11.0, 0.5**2 + 0.4**2), abs=1e-4)
 
 
 def test_nobody_is_behind_the_end_wall():
     last = np.zeros(len(page.PLACES))
     last[[20, -20]] = 0.5
-    moved = page.roll(last, 3.0, 0.1)
+    moved = page.predict(last, 3.0, 0.1)
     assert moved.sum() == pytest.approx(1)
     assert page.moments(moved)[0] == pytest.approx(page.PLACES[20] + 3.0, abs=1e-6)
 
@@ -59,11 +59,11 @@ def test_nobody_is_behind_the_end_wall():
 
 
 @given(places, deviations, st.floats(-2, 2), deviations)
-def test_the_product_is_that_of_the_curves(mean, prior, apart, reading):
+def test_the_product_is_that_of_the_curves(mean, prior, apart, measurement):
     z = mean + apart
     x = np.linspace(min(mean, z), max(mean, z) + 0.1, 11)
-    curve = np.log(page.gaussian(x, mean, prior**2)) + np.log(page.gaussian(x, z, reading**2))
-    found = np.log(page.gaussian(x, *page.update(mean, prior**2, z, reading**2)))
+    curve = np.log(page.gaussian(x, mean, prior**2)) + np.log(page.gaussian(x, z, measurement**2))
+    found = np.log(page.gaussian(x, *page.gaussian_update(mean, prior**2, z, measurement**2)))
     assert np.ptp(curve - found) < 1e-8
 
 
@@ -77,8 +77,8 @@ def test_the_filter_is_the_exact_belief_and_filterpys(seed):
     peer.x, peer.P, peer.Q, peer.R = np.array([[page.START]]), 1.0, q, r
     peer.F = peer.H = peer.B = np.eye(1)
     for k in range(len(z)):
-        belief = page.sense(
-            page.roll(belief, u[k], page.WHEELS), page.gaussian(page.PLACES, z[k], r)
+        belief = page.update(
+            page.predict(belief, u[k], page.WHEELS), page.gaussian(page.PLACES, z[k], r)
         )
         peer.predict(u=u[k])
         peer.update(z[k])
@@ -95,8 +95,10 @@ def test_matrices_do_what_numbers_do_and_the_librarys_filter_too():
         z[:, None], np.array([2.0, 0.0]), np.eye(2), page.F, Q, page.H, R
     )
     ours = Gaussian(np.array([2.0, 0.0]), np.eye(2))
-    for reading, mean, cov in zip(z[:, None], means, covs, strict=True):
-        ours, _ = kalman.update(kalman.predict(ours, Motion(page.F, Q)), reading, Sensor(page.H, R))
+    for measurement, mean, cov in zip(z[:, None], means, covs, strict=True):
+        ours, _ = kalman.update(
+            kalman.predict(ours, Motion(page.F, Q)), measurement, Sensor(page.H, R)
+        )
         np.testing.assert_allclose(ours.mean, mean, atol=1e-11)
         np.testing.assert_allclose(ours.cov, cov, atol=1e-11)
     one = np.eye(1)
@@ -159,7 +161,7 @@ def test_a_straight_curve_makes_the_extended_filter_exact(monkeypatch):
 @pytest.mark.parametrize(
     ("key", "right"),
     [
-        ("belief-doors", page.at_doors),
+        ("belief-word", page.foreseen),
         ("belief-fuse", page.fused),
         ("belief-range", page.range_slope),
     ],
@@ -171,8 +173,8 @@ def test_answers_are_judged_and_mistakes_have_hints_that_differ(key, right):
 @pytest.mark.parametrize(
     ("key", "wrong", "said"),
     [
-        ("belief-doors", lambda b: page.at_doors(b) / np.sum(page.at_doors(b)), "add up"),
-        ("belief-doors", lambda b: b[page.near_door(page.PLACES)].sum(), "each door"),
+        ("belief-word", lambda _, word: page.says(word).sum(), "equally likely"),
+        ("belief-word", lambda b, word: page.says(word) * b, "one number"),
         ("belief-fuse", lambda m, v: (np.mean(m), np.mean(v)), "sharp"),
         ("belief-fuse", lambda m, v: (page.fused(m, v)[0], np.sum(v)), "inverses"),
         ("belief-range", lambda x: -page.range_slope(x), "sign"),
@@ -183,8 +185,23 @@ def test_typical_mistakes_are_told_apart(key, wrong, said):
     assert_told(page.EXERCISES[key], wrong, said)
 
 
+def test_a_gate_locks_out_what_a_weight_that_never_vanishes_lets_back():
+    exercise = page.EXERCISES["belief-gate"]
+
+    def weight(innovation, S):
+        return 1 / (1 + innovation**2 / S / 9)
+
+    assert_judged(exercise, weight)
+    assert_told(exercise, lambda i, S: np.ones_like(i), "led astray")
+    assert_told(exercise, lambda i, S: i**2 < 9 * S, "led astray")
+    assert_told(exercise, lambda i, S: i**2 < S, "without people")
+    tried = (lambda i, S: np.ones_like(i), lambda i, S: i**2 < 9 * S, weight)
+    assert np.round([page.wander(one) for one in tried], 2).tolist() == [0.56, 0.56, 0.23]
+    assert page.wander(tried[0], people=0.0) == pytest.approx(0.19, abs=5e-3)
+
+
 def test_readings_one_by_one_are_readings_together():
     mean, variance = 7.0, 1.0
     for z, r in ((9.0, 0.25), (8.5, 0.5)):
-        mean, variance = page.update(mean, variance, z, r)
+        mean, variance = page.gaussian_update(mean, variance, z, r)
     assert (mean, variance) == pytest.approx(page.fused([7.0, 9.0, 8.5], [1.0, 0.25, 0.5]))

@@ -150,6 +150,61 @@ def test_names_are_those_of_posts_that_were_met_and_are_not_in_sight(run):
     assert changed == 3
 
 
+def test_each_drive_goes_round_posts_of_its_own_on_the_same_wheels():
+    one, other = (page.round_new_posts(page.USUAL, page.chance(1, k)) for k in range(2))
+    usual = page.round_posts(page.USUAL, page.chance(1, 0))
+    assert (one.poses == other.poses).all()
+    assert (one.wheels["own"].increments == usual.wheels["own"].increments).all()
+    away = [np.hypot(*(a.landmarks - b.landmarks).T) for a, b in ((one, other), (one, usual))]
+    assert (np.median(away, axis=1) > 0.1).all()
+    sigma, gaps = page.SIGMA, []
+    for pose, seen in zip(one.poses, one.seen, strict=True):
+        c, s = np.cos(pose[2]), np.sin(pose[2])
+        truth = (one.landmarks[seen.ids] - pose[:2]) @ np.array([[c, -s], [s, c]])
+        gaps.append(seen.values - truth)
+        assert seen.covs == pytest.approx(np.tile(sigma**2 * np.eye(2), (len(seen), 1, 1)))
+    assert np.std(np.concatenate(gaps)) == pytest.approx(sigma, rel=0.1)
+
+
+def test_the_nearest_wrong_name_is_nearer_than_any(run):
+    def away(near):
+        told = page.renamed(run, 40, RNG(0), near)
+        pairs = zip(run.seen, told.seen, strict=True)
+        places = [(a.ids, b.ids) for a, b in pairs if (a.ids != b.ids).any()]
+        true, named = (run.landmarks[np.concatenate(ids)] for ids in zip(*places, strict=True))
+        gaps = np.hypot(*(true - named).T)
+        return gaps[gaps > 0].mean()
+
+    assert away(True) < 0.6 * away(False)
+
+
+def test_a_gate_of_particles_is_that_of_their_mixture():
+    """A sighting five deviations off is turned away; two particles, a landmark each."""
+    poses = np.array([[0.0, 0.0, 0.0], [0.2, 0.0, 0.0]])
+    none = np.empty(0, dtype=int), np.empty((2, 0, 3)), np.empty((2, 0, 3, 3))
+    maps = page.ParticleMaps(page.ParticleSet.uniform(poses), *none)
+    first = Observations(np.array([7]), np.array([[3.0, 0.0]]), 0.01 * np.eye(2)[None])
+    maps, _ = page.RaoBlackwellisedSlam(page.UPRIGHT, 2).step(
+        maps, page.STILL, page.lifted(first), rng=RNG(0)
+    )
+
+    def passes(x, name=7):
+        seen = Observations(np.array([name]), np.array([[x, 0.0]]), 0.01 * np.eye(2)[None])
+        return page.fitting(maps, page.lifted(seen), page.LEVEL).tolist()
+
+    reach = np.sqrt(page.chi_squared_quantile(page.LEVEL, 3) * 0.02)  # both maps moved with it
+    assert passes(3.0 + 0.99 * reach) == [True]
+    assert passes(3.0 + 1.01 * reach) == [False]
+    assert passes(99.0, name=8) == [True]  # nobody has seen it before
+
+
+def test_a_gate_keeps_the_path_that_wrong_names_bend(run):
+    told = page.renamed(run, 16, RNG(1))
+    for one in ("Kalman", "200 particles"):
+        with_gate, without = (page.ridden(f"{one}{g}", told, page.USUAL, 0) for g in (", gate", ""))
+        assert with_gate < without
+
+
 def test_particles_that_see_nothing_spread_as_the_wheels_err():
     loop = page.WORLDS["turned"]
     run = page.round_posts(loop, page.chance(3))
@@ -197,11 +252,11 @@ def test_a_filter_whose_numbers_break_down_is_lost(run, monkeypatch):
     def broken(*_):
         raise ValueError("singular")
 
-    assert 0 < page.ridden("Kalman", run, 0) < 2
+    assert 0 < page.ridden("Kalman", run, page.USUAL, 0) < 2
     monkeypatch.setattr(page, "path_of", broken)
-    assert page.ridden("Kalman", run, 0) == page.LOST
+    assert page.ridden("Kalman", run, page.USUAL, 0) == page.LOST
 
 
 def test_the_best_fit_is_nearer_than_the_wheels():
-    found = page.smoothed.one(3, "rough")
+    found = page.smoothed.one(3, "turned")
     assert found["optimum"] < found["wheels"]

@@ -3,7 +3,15 @@
 import numpy as np
 import pytest
 
-from robot_perception.book.pattern_tracking import EXERCISES
+from robot_perception.book.pattern_tracking import (
+    EXERCISES,
+    RULES,
+    SIGMAS,
+    START,
+    error_with,
+    gaussian,
+    tried_patches,
+)
 from robot_perception.ceiling.patterns import Decay, deviations
 
 
@@ -42,3 +50,24 @@ def test_a_distance_that_knows_directions_is_told_from_one_that_does_not():
     assert sheet.judge(right)[0] == "right"
     for wrong in (with_a_sense, lambda d, turn: min(d, 10.0), lambda d, turn: d):
         assert sheet.judge(wrong)[0] == "wrong"
+
+
+def test_a_gaussian_factor_weighs_as_the_library_without_tolerance():
+    """The printed solution is right, one of which a bad vector gains is not, bare or covered."""
+    share, place, states, deviation = tried_patches()[0]
+    assert share == 0.0
+    logs = gaussian(deviation).sum(axis=1)
+    weights = np.exp(logs - logs.max())
+    off = np.abs((weights @ states / weights.sum() - place) / SIGMAS).mean()
+    assert off < 0.5 < np.abs((START - place) / SIGMAS).max()
+    sheet = EXERCISES["pattern-factor"]
+
+    def capped(d):
+        return -(np.minimum(d, 3.0) ** 2) / 2 / RULES.deviation**2
+
+    def left_out(d):
+        return np.where(d > 3.0, 0.0, gaussian(d))
+
+    assert sheet.judge(capped)[0] == "right"
+    assert sheet.judge(left_out)[0] == sheet.judge(gaussian)[0] == "wrong"
+    assert error_with(left_out, 0.0) > 1.5 * error_with(gaussian, 0.0)

@@ -58,6 +58,13 @@ def test_directions_leave_fewer_places():
     assert few < many / 2
 
 
+def test_only_patterns_with_one_place_on_an_empty_ground_count():
+    found = page.crowded.trial(sign=103)
+    assert not any(found[f"{by} more"] > found[f"{by} one"] for by in ("contours", "vectors"))
+    trials = [{"sign": k, "contours one": k < 4, "contours more": k < 1} for k in range(6)]
+    assert page.made_ambiguous(Rows(framed(trials), "sign", {})).estimate == 0.25
+
+
 # Slopes and light
 
 

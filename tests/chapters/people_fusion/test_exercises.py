@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from robot_perception.beliefs import Gaussian
+from robot_perception.book import people_fusion as page
 from robot_perception.book.people_fusion import (
     EXERCISES,
     adds_alpha,
@@ -19,6 +20,7 @@ from robot_perception.people.aggregation import (
     SensorRules,
 )
 from robot_perception.people.detections import Detections
+from tests.chapters.exercises import assert_judged, assert_told
 
 RULES = AggregationRules(threshold=0.3, walk=0.0, sensors={"laser": SensorRules(0.1, 3.0)})
 
@@ -59,13 +61,6 @@ def test_the_written_function_is_what_the_aggregation_does(weight, matched, elap
     assert expected == pytest.approx(after.weight[0] if len(after) else 0.0)
 
 
-def test_ten_matches_raise_the_weight():
-    now = one(0.3)
-    for k in range(10):
-        now, _ = Aggregator(RULES).step(now, reading(0.1 * (k + 1), (2.0, 0.0)), np.zeros(3))
-    assert EXERCISES["people-raised"].answer == pytest.approx(now.weight[0])
-
-
 def test_a_hypothesis_is_deleted_after_the_time_of_the_exercise():
     gone = EXERCISES["people-forgotten"].answer
     assert len(Aggregator(RULES).step(one(0.9), reading(gone - 1e-3), np.zeros(3))[0]) == 1
@@ -76,3 +71,23 @@ def test_four_readings_of_the_faster_laser_are_one_of_the_old_one():
     faster = EXERCISES["people-rate"].answer
     old, new = repeated.one(0.2, 5)["power"], repeated.one(faster, 20)["power"]
     assert old * np.log(0.8) == pytest.approx(new * np.log(1 - faster))
+
+
+def test_two_thresholds_cost_less_than_one_and_one_is_told():
+    exercise = EXERCISES["people-counts"]
+    assert_judged(exercise, lambda weights: weights.max() > 0.7)
+    assert exercise.judge(page.HALF_MINUTE["weight above 0.4, as above"])[0] == "wrong"
+    assert_told(exercise, lambda weights: weights[-1] > 0.6, "what the weight was before")
+
+
+def test_no_single_threshold_is_better_than_the_one_of_the_exercise():
+    best = page.cost_of(page.HALF_MINUTE["weight above 0.7"])
+    for least in np.arange(0.3, 1.0, 0.05):
+        assert page.cost_of(lambda weights, least=least: weights[-1] > least) >= best
+
+
+def test_the_rule_of_the_page_misses_whom_the_page_misses():
+    missed, false = page.costs(page.HALF_MINUTE["weight above 0.4, as above"])
+    counts = page.tally(page.committee(page.page_session()), {"": page.EVERYWHERE})
+    people, found, matched = (counts[name][0] for name in ("people", "found", "matched"))
+    assert (missed, false) == (people - matched, found - matched)

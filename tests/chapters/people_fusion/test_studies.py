@@ -48,7 +48,7 @@ def rows(**columns):
 
 
 def test_seeds_never_meet():
-    scored = [TEST, page.FRESH, page.SKIRTED]
+    scored = [TEST, page.FRESH, page.NEWER, page.SKIRTED]
     flat = [seed for seeds in (*scored, LEARN, CHOOSE, WALLED) for seed in seeds]
     assert len(flat) == len(set(flat))
     assert len(page.FRESH) == 40
@@ -293,11 +293,8 @@ def test_the_gain_is_over_the_best_of_each_session():
 # What does not move
 
 
-@pytest.mark.parametrize(("who", "walkers", "static"), [((0.0, 0.0), False, 1.0),
-                                                        ((0.0, 0.0), True, 0.0),
-                                                        ((0.12, 0.0), False, 0.0)])  # fmt: skip
-def test_what_stays_is_told_from_what_goes(monkeypatch, who, walkers, static):
-    """Somebody who goes round the robot at some speed, and a chair, each seen by the laser."""
+def walker_and_chair(pace=0.0):
+    """Return a session: somebody goes round the robot; a chair is turned round it at a pace."""
     whole = session([(2.0, -1.2), (2.0, 1.2)], 12.0, sees=("laser",))
     turned = np.arange(len(whole.times)) / len(whole.times) * 2.0
     places = whole.polar.copy()
@@ -305,14 +302,88 @@ def test_what_stays_is_told_from_what_goes(monkeypatch, who, walkers, static):
     means = whole.means.copy()
     lasers = np.repeat(np.arange(len(whole.counts)), whole.counts)
     pair = np.arange(len(means)) % 2
-    means[:, 1] += np.where(pair == 0, turned[lasers], who[0] * whole.times[lasers])
+    means[:, 1] += np.where(pair == 0, turned[lasers], pace * whole.times[lasers])
     present = np.broadcast_to([True, False], whole.present.shape)
-    whole = replace(whole, polar=places, means=means, present=present)
+    return replace(whole, polar=places, means=means, present=present)
+
+
+@pytest.mark.parametrize(("pace", "walkers", "static"), [(0.0, False, 1.0), (0.0, True, 0.0),
+                                                         (0.12, False, 0.0)])  # fmt: skip
+def test_what_stays_is_told_from_what_goes(monkeypatch, pace, walkers, static):
+    whole = walker_and_chair(pace)
     monkeypatch.setattr(page, "record", lambda config: whole)
     found = page.settled.one(1, walkers=walkers)
     assert found["counted"] > 20
     assert found["static"] / found["followed"] == pytest.approx(static, abs=0.15)
     assert found["followed"] <= found["counted"]
+
+
+@pytest.mark.parametrize(
+    ("pace", "people", "things", "static"),
+    [(0.0, False, 1.0, 1.0), (0.15, False, 1.0, 0.2), (0.0, True, 0.0, 0.0)],
+)
+def test_what_is_nobodys_stands_on_a_thing_and_is_static_if_it_stays(
+    monkeypatch, pace, people, things, static
+):
+    whole = walker_and_chair(pace)
+    monkeypatch.setattr(page, "record", lambda config: whole)
+    found = page.grounded.one(1, people=people, rng=np.random.default_rng(1))
+    assert found["counted"] > 20
+    assert found["things"] == things * found["counted"]
+    assert found["static"] / found["counted"] == pytest.approx(static, abs=0.1)
+    assert 0 <= found["chance"] < 0.3 * found["counted"]
+
+
+def test_between_two_readings_somebody_is_half_way():
+    whole = session([(2.0, 0.5)], 4.0, sees=("laser",))
+    places = whole.polar.copy()
+    places[1:, 0] = [2.0, -0.5]  # between the first two readings
+    moved, time = replace(whole, polar=places), whole.judged_at[:2].mean()
+    half_way = np.array([[2.0 * np.cos(0.5), 0.0], [2.0, 0.5], [3.0, 0.2]])
+    certain, vague = np.full(3, 0.1), np.full(3, 2.0)
+    assert page.near_somebody(moved, time, half_way, certain).tolist() == [True, False, False]
+    assert page.near_somebody(moved, time, half_way, vague).tolist() == [True, False, False]
+    there = replace(moved, present=np.zeros_like(moved.present))
+    assert not page.near_somebody(there, time, half_way, certain).any()
+
+
+def test_a_hypothesis_is_compared_with_where_it_came_up_or_was_five_seconds_ago():
+    run = page.committee(session([(2.0, -1.2)], 8.0, sees=("laser",)))
+    times, k = run.told.judged_at[run.rows], len(run.rows) - 1
+    name = run.found[k].identity[0]
+    assert page.earlier(run, k, name) == pytest.approx(run.at(times[k] - page.LONG + 0.1).mean)
+    early = int(np.searchsorted(times, 1.0))
+    came = next(found for found in run.found if len(found))
+    assert page.earlier(run, early, name) == pytest.approx(came.mean)
+
+
+def test_of_a_slow_sensor_one_reading_of_four_is_left_and_others_stay():
+    whole = session([(1.5, -1.2), (1.5, 2.0)], 6.0)
+    slow, kind = page.slowed(whole, "sonar"), SENSORS.index("sonar")
+    mine = np.flatnonzero(whole.sensors == kind)
+    assert np.flatnonzero(slow.sensors == kind).tolist() == mine[::4].tolist()
+    others = whole.sensors != kind
+    assert (slow.sensors[others] == whole.sensors[others]).all()
+    rows = page.committee(slow).rows
+    assert len(rows) == others.sum() + len(mine[::4])
+    turned = page.slowed(whole, "sonar", 1, np.pi)
+    theirs = page.of_sensor(whole, "sonar")
+    assert np.cos(turned.means[:, 1] - whole.means[:, 1]) == pytest.approx(1 - 2 * theirs)
+    assert (turned.sensors == whole.sensors).all()
+
+
+@pytest.mark.parametrize("sensor", ["laser", "camera"])
+def test_a_sensor_adds_what_it_alone_sees(monkeypatch, sensor):
+    """Each of three people is seen by one sensor alone."""
+    whole = session([(3.0, 0.5), (1.5, 2.0), (1.5, -2.0)], 8.0)
+    alone = np.argmax(np.abs(whole.means[:, [1]] - [0.5, 2.0, -2.0]) < 1e-6, axis=1)
+    reading = np.repeat(whole.sensors, whole.counts)
+    whole = page.without(whole, alone != reading)
+    monkeypatch.setattr(page, "record", lambda config: whole)
+    found = pd.DataFrame(page.slower.one(1, sensor)).assign(sensor=sensor)
+    twice = pd.concat([found.assign(session=k) for k in (1, 2)])
+    assert page.adds(Rows(twice, "session", {}), sensor).estimate > 1.1
+    assert page.adds(Rows(twice, "session", {}), sensor, "left out").estimate == 1
 
 
 def test_of_the_hypotheses_of_people_those_have_walked_whose_person_did():

@@ -124,7 +124,7 @@ def test_shares_are_taken_over_the_sessions_that_were_asked():
 
 def test_rooms_of_different_studies_are_different_ones():
     used = [page.LEARN, page.CHOOSE, page.TEST, page.WALLED, [page.OFFICE],
-            page.decoyed.axes["session"], [page.PAGE.seed], page.searched.axes["session"],
+            page.decoyed.axes["session"], [page.PAGE.seed], page.compared.axes["session"],
             page.hidden.axes["person"], page.coloured.axes["session"]]  # fmt: skip
     together = [seed for seeds in used for seed in seeds]
     assert len(set(together)) == len(together)

@@ -11,9 +11,7 @@ from robot_perception.chapters.sift_association import recordings
 from robot_perception.chapters.sift_association.recordings import FAR, RIGHT_PX, Pair, choose
 from robot_perception.datasets import CorruptImage, DatasetMissing
 from robot_perception.geometry import se3
-from tests.datasets.test_images import save
-from tests.datasets.test_stereo import row
-from tests.datasets.writing import write
+from tests.datasets.writing import row, save, write
 from tests.landmarks.worlds import descriptors, texture
 from tests.unchecked import unchecked
 

@@ -38,3 +38,15 @@ def test_a_limit_is_that_of_strangers_and_its_price_the_tutors():
     assert sheet.judge(right)[0] == "right"
     for wrong in (of_the_tutors, what_passes):
         assert sheet.judge(wrong)[0] == "wrong"
+
+
+def test_whoever_is_near_to_one_person_alone_is_known():
+    def decide(d):
+        nearest, second = np.sort(d.mean(axis=0))[:2]
+        return nearest <= 1 and nearest <= 0.75 * second
+
+    sheet = EXERCISES["tutor-decide"]
+    assert sheet.judge(decide)[0] == "right"
+    assert "one look" in sheet.judge(lambda d: d[0].min() <= 1)[1]
+    for wrong in (lambda d: False, lambda d: d.max(axis=0).min() <= 1):
+        assert "refuses" in sheet.judge(wrong)[1]

@@ -47,3 +47,11 @@ def test_three_whistles_in_a_row_halt_the_robot():
     assert "too early" in sheet.judge(Event(lambda seen: seen["whistle"], 2))[1]
     for wrong in (Event(lambda seen: seen["whistle"], 4), Event(lambda seen: seen["fresh"], 3)):
         assert sheet.judge(wrong)[0] == "wrong"
+
+
+def test_a_gate_that_lets_all_patches_learn_or_none_is_out_of_the_dilemma():
+    sheet = EXERCISES["following-gate"]
+    assert sheet.judge(lambda far, change: np.full(4, far.max() <= 0.4))[0] == "right"
+    assert "who stops" in sheet.judge(lambda far, change: True)[1]
+    for wrong in (lambda far, change: 0.0, lambda far, change: (far <= 0.3) & (far.mean() <= 0.4)):
+        assert "dark" in sheet.judge(wrong)[1]

@@ -4,19 +4,21 @@ import numpy as np
 import pytest
 
 from robot_perception.book.visual_slam import EXERCISES
-from robot_perception.cameras import Pinhole, StereoRig
 from robot_perception.particles import effective_number
 
 RNG = np.random.default_rng
 
 
-def test_depth_of_the_exercise_is_what_noisy_pixels_do():
-    rig = StereoRig(Pinhole((280.0, 280.0), (159.5, 119.5), (320, 240)), 0.15)
-    at = rig.project(np.array([[0.0, 0.0, 4.0]]))
-    noisy = at + 0.5 * RNG(0).standard_normal((20_000, 3)) * [1, 0, 1]
-    depth = rig.triangulate(noisy, 0.5).mean[:, 2]
-    low, high = np.quantile(depth, [0.158655, 0.841345])
-    assert EXERCISES["slam-depth"].answer == pytest.approx((high - low) / 2, rel=0.03)
+def test_a_proposal_that_knows_wheels_and_points_makes_all_count_and_others_do_not():
+    propose = EXERCISES["slam-propose"]
+    assert propose.judge(lambda z, r: (z / (1 + r**2), r / np.sqrt(1 + r**2)))[0] == "right"
+    for own, words in (
+        (lambda z, r: (np.zeros(3), 1.0), "sharp"),
+        (lambda z, r: (z, r), "dull"),
+    ):
+        outcome, said = propose.judge(own)
+        assert outcome == "wrong"
+        assert words in said
 
 
 def test_number_of_the_exercise():

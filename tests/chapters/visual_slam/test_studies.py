@@ -19,6 +19,7 @@ from robot_perception.particles import StepInfo
 from robot_perception.slam.visual import FrameInfo
 from studies.intervals import bootstrap_mean
 from studies.rows import Rows
+from studies.verdicts import deciding
 from tests.chapters.visual_slam.drives import ages, asked_of, begun
 from tests.unchecked import unchecked
 
@@ -48,6 +49,33 @@ def test_points_lie_where_the_renderer_says(seen):
         assert at[:2] == pytest.approx(seen.pixels[row], abs=1e-6)
         gaps.append(abs(seen.points[row, 2] - at[2]) / at[2])
     assert np.median(gaps) < 0.02
+
+
+def test_points_surprise_as_their_covariances_say():
+    """Errors drawn from the covariances, seen from poses on a curve: the mean of χ² of 3 is 3.
+
+    Without errors nothing surprises; a point that comes before its landmark is not compared.
+    """
+    rng, frames, tracks, stable = RNG(7), 9, 400, 2
+    poses = np.column_stack([np.linspace(0, 3, frames), rng.normal(size=(frames, 2))])
+    places = rng.normal(size=(tracks, 3)) * [1, 1, 0.2] + [9, 0, 1]
+    k, n = (grid.ravel() for grid in np.mgrid[:frames, :tracks])
+    inverse = np.linalg.inv(se3.compose(se3.from_se2(poses), slam.MOUNT))[k]
+    exact = np.einsum("nij,nj->ni", inverse[:, :3, :3], places[n]) + inverse[:, :3, 3]
+    root = 0.1 * rng.normal(size=(len(k), 3, 3)) + 0.1 * np.eye(3)
+    errors = np.einsum("nij,nj->ni", root, rng.normal(size=(len(k), 3)))
+    none = np.zeros(len(k))
+
+    def seen_with(errors):
+        covs = root @ root.mT
+        return slam.Seen(poses, k, n, none, exact + errors, covs, none, places[n], none)
+
+    assert slam.surprises(seen_with(0 * errors), stable).max() < 1e-18
+    found = slam.surprises(seen_with(errors), stable)
+    assert found.shape == ((frames - stable - 1) * tracks,)
+    assert found.mean() == pytest.approx(3, abs=0.2)
+    errors[k < stable] += 100.0
+    np.testing.assert_allclose(slam.surprises(seen_with(errors), stable), found)
 
 
 def test_a_track_is_one_place(seen):
@@ -272,6 +300,91 @@ def test_a_torn_map_is_not_right():
     assert not found.right
 
 
+def test_wheels_that_err_not_put_landmarks_where_they_are():
+    drive = driven()
+    exact = slam.by_wheels(replace(drive, odometry=drive.seen.poses))
+    assert np.median(np.linalg.norm(exact.means - exact.places, axis=1)) < 0.05
+    moved = drive.seen.poses + np.array([1.0, 2.0, 0.0])
+    shifted = slam.by_wheels(replace(drive, odometry=moved)).means - exact.means
+    assert shifted == pytest.approx(np.tile([1.0, 2.0, 0.0], (len(shifted), 1)))
+
+
+def test_right_maps_are_counted_by_what_is_asked():
+    maps = {"inside": [1, 1, 0.9, 1], "ordered": [True, False, True, True], "torn": [0, 0, 0, 3]}
+    table = {"building": [0, 0, 1, 1]} | maps | {f"alone_{k}": v[::-1] for k, v in maps.items()}
+    rows = Rows(pd.DataFrame(table), "building", {})
+    for how, shares in (
+        ({}, [0.5, 0.5]),
+        ({"order": False}, [1.0, 0.5]),
+        ({"torn": 2.0}, [0.5, 0.0]),
+        ({"order": False, "torn": 2.0}, [1.0, 0.0]),
+        ({"whose": "alone_", "order": False}, [0.5, 1.0]),
+    ):
+        assert slam.shares(rows, **how).tolist() == shares, how
+    assert slam.right_maps(rows, order=False).estimate == 0.75
+    always = slam.right_maps(rows.where(torn=0, inside=1), order=False)  # a rate of one building
+    assert 0 < always.low < always.high == 1
+
+
+def test_more_particles_are_compared_building_by_building():
+    table = {"building": [0, 0, 1, 1], "particles": [50, 400] * 2, "inside": 1.0, "torn": 0.0}
+    rows = Rows(pd.DataFrame(table | {"ordered": [False, True, True, True]}), "building", {})
+    assert slam.more_with(rows, 400, 50).estimate == 0.5
+
+
+def test_the_least_sure_share_stands_for_all():
+    table = pd.DataFrame({"building": range(4), "particles": 10, "ordered": True, "torn": 0.0})
+    studies = [
+        SimpleNamespace(
+            rows=lambda k=k: Rows(table.assign(inside=np.arange(4) < k), "building", {})
+        )
+        for k in (3, 1, 4)
+    ]
+    assert slam.at_worst(studies, 10).estimate == 0.25
+
+
+def test_plans_are_driven_with_other_wheels_pictures_names_and_particles(monkeypatch):
+    asked = []
+
+    def seen_in(building, alike):
+        return SimpleNamespace(poses=slam.world()[1], alike=alike)
+
+    def drive_through(seen, options, report, rng, *ask):
+        wheels = slam.dead_reckoning(seen.poses[0], slam.motions(report))
+        asked.append((seen.alike, options.particles, len(ask), wheels - seen.poses))
+
+    for name, one in (("seen_in", seen_in), ("drive_through", drive_through)):
+        monkeypatch.setattr(slam, name, one)
+    monkeypatch.setattr(slam, "judged", lambda drive, floors: {})
+    monkeypatch.setattr(slam, "rooms", lambda building, alike: None)
+    for changes in ({}, {"slip": 0.01}, {"alike": False}, {"named": True}, {"only": 1}):
+        slam.planned.one(310, 0, 10, **changes)
+    kinds = [(alike, particles, ask) for alike, particles, ask, _ in asked]
+    assert kinds == [(True, 10, 0), (True, 10, 0), (False, 10, 0), (True, 10, 1), (True, 1, 0)]
+    ours, small, *others = (np.abs(off[:, :2]).max() for *_, off in asked)
+    assert small < 0.05 * ours
+    assert others == [ours] * 3
+
+
+def test_what_decides_is_how_much_the_wheels_err(monkeypatch):
+    """Up to ours where maps hold with ours; up to half of ours where they fail, or nobody knows."""
+    few, many, some = (bootstrap_mean(np.array(ends)) for ends in ([0, 0.2], [0.8, 1], [0.2, 0.9]))
+    names = {id(study): name for name, study in slam.BY_WHEELS.items()}
+    for ours, last, decides in ((many, many, 0), (few, many, 1), (some, many, 1), (few, few, None)):
+        found = dict.fromkeys(names.values(), many)
+        found |= {"three times ours": few, "ours": ours, "a tenth": last}
+
+        def at_worst(studies, count, found=found):
+            return min((found[names[id(one)]] for one in studies), key=lambda share: share.low)
+
+        monkeypatch.setattr(slam, "at_worst", at_worst)
+        monkeypatch.setattr(slam, "right_maps", lambda rows, ours=ours: ours)
+        rows = SimpleNamespace(where=lambda particles: None)
+        judged = [one.judged(rows, slam.MORE_OFTEN) for one in slam.wheels_decide(10)]
+        decide = deciding(slam.MORE_OFTEN, ours, judged)
+        assert list(decide) == ([] if decides is None else [judged[decides]])
+
+
 def test_visits_of_a_room_lie_apart_by_their_mean_errors():
     passed = np.repeat([0, 1, 0, 2, 1], [6, 8, 5, 4, 9])
     errors = np.zeros((len(passed), 2))
@@ -324,13 +437,10 @@ def test_buildings_have_one_plan_and_are_hung_and_driven_otherwise():
 
 def test_sabotages_change_one_thing(monkeypatch):
     asked = asked_of(monkeypatch, slam)
-    slam.counted.one(21, 0, 50, fifty=1)
-    slam.counted.one(21, 0, 400, fifty=1)
-    assert [options.particles for options, _, _ in asked] == [1, 400]
     slam.held.one(200, 0, 5, five=0)
     slam.held.one(200, 0, 0, five=0)
     slam.stabled.one(21, 0, 5, least=5)
-    assert [options.stable for options, _, _ in asked[2:]] == [0, 0, 5]
+    assert [options.stable for options, _, _ in asked] == [0, 0, 5]
     assert asked[-1][2]["least"] == 5
     for rule, more in (("below M/2", {}), ("always", {}), ("below M/2", {"ours": "never"}),
                        ("always", {"other": "never"})):  # fmt: skip

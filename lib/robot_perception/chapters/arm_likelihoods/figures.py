@@ -1,6 +1,6 @@
 """Figures of the chapter "What a likelihood looks like"."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import SimpleNamespace
 
 import numpy as np
@@ -14,7 +14,7 @@ from explorables.figures.style import MEANING, label
 from robot_perception.chapters.arm_likelihoods import scene
 from robot_perception.chapters.arm_likelihoods.scene import AWAY, AWAYS, BEND, BENDS, Glance
 
-_AXES = {"left": 0.005, "right": 0.975, "bottom": 0.15, "top": 0.97, "wspace": 0.24}
+_AXES = {"left": 0.005, "right": 0.975, "bottom": 0.14, "top": 0.85, "wspace": 0.24}
 _HALF = 2.5
 """Half a step of the sweep, degrees."""
 _EXTENT = (
@@ -31,14 +31,29 @@ def outline(
     ax.scatter(*points[~visible].T, s=2, color=colour, linewidths=0)
 
 
+def scale(ax: Axes, ends: tuple[float, float], ticks: Sequence[float], unit: str) -> None:
+    """Draw what grey values mean, above a map: the first end is black, the second white."""
+    bar = ax.inset_axes((0.3, 1.03, 0.7, 0.05))  # the letter stands beside it
+    bar.imshow(np.linspace(0, 1, 64)[None], cmap="gray", vmin=0, vmax=1, origin="lower",
+               extent=(0, 1, 0, 1), aspect="auto", interpolation="nearest")  # fmt: skip
+    places = [(tick - ends[0]) / (ends[1] - ends[0]) for tick in ticks]
+    bar.set(yticks=[], xlim=(0, 1), ylim=(0, 1))
+    bar.set_xticks(places, [f"{tick:g}{unit}" for tick in ticks])
+    bar.xaxis.tick_top()
+    for text, place in zip(bar.get_xticklabels(), places, strict=True):
+        text.set_ha("left" if place == 0 else "right" if place == 1 else "center")
+    bar.grid(visible=False)
+
+
 def surface(ax: Axes, heights: Float[np.ndarray, "aways bends"], true: np.ndarray) -> None:
-    """Draw a likelihood over the sweep; a ring marks the true pose, degrees."""
+    """Draw a likelihood over the sweep, 1 at its highest; a ring marks the true pose, degrees."""
     ax.imshow(heights.T, cmap="gray", vmin=0, vmax=1, extent=_EXTENT, origin="lower",
               aspect="auto", interpolation="nearest")  # fmt: skip
     ax.plot(*true, "o", markersize=12, markerfacecolor="none", color=MEANING["right"],
             markeredgewidth=2.0)  # fmt: skip
     ax.set(xlabel="arm lifted by (°)", ylabel="elbow (°)", xlim=_EXTENT[:2], ylim=_EXTENT[2:])
     ax.grid(visible=False)
+    scale(ax, (0.0, 1.0), (0, 0.5, 1), "")
 
 
 def card(ax: Axes) -> Axes:
@@ -54,11 +69,12 @@ def card(ax: Axes) -> Axes:
     "the arms. Beside it two grey maps: the first has many bright spots, the second one bright "
     "spot, at the ring that marks the true pose.",
     caption="(a) The model on the true pose. (b), (c) How likely other angles of one "
-    "arm are, by its outline alone and by all cues. Bright: likely. Ring: the truth.",
+    "arm are, by its outline alone and by all cues, as shares of the highest likelihood. Ring: "
+    "the truth.",
     cols=3,
     width=7.6,
-    height=2.7,
-    gridspec_kw={"left": 0.005, "right": 0.98, "bottom": 0.19, "top": 0.89, "wspace": 0.36},
+    height=2.9,
+    gridspec_kw={"left": 0.005, "right": 0.98, "bottom": 0.18, "top": 0.8, "wspace": 0.36},
 )
 def hero(axes: np.ndarray, heights: Mapping[str, Float[np.ndarray, "aways bends"]]) -> None:
     """Draw the picture and two surfaces, by their titles."""
@@ -100,11 +116,11 @@ def bumps(
     alt="A person before a cluttered wall, a ring on one hand, and a grey map of the same size "
     "that is dark but for a few bright spots, on hands and face above all.",
     caption="(a) The picture. (b) How much a square of 8 px looks like the one at the ring. "
-    "Bright: alike.",
+    "The bar says how likely, as a share of the most alike place.",
     cols=2,
     width=7.4,
-    height=2.9,
-    gridspec_kw={"left": 0.005, "right": 0.995, "bottom": 0.01, "top": 0.99, "wspace": 0.03},
+    height=3.2,
+    gridspec_kw={"left": 0.005, "right": 0.995, "bottom": 0.01, "top": 0.86, "wspace": 0.03},
 )
 def field(axes: np.ndarray, alike: SimpleNamespace) -> None:
     """Draw how alike all places of a picture are to one of them."""
@@ -114,6 +130,7 @@ def field(axes: np.ndarray, alike: SimpleNamespace) -> None:
                    extent=(x[0] - 2, x[-1] + 2, y[-1] + 2, y[0] - 2))  # fmt: skip
     axes[1].set(xlim=(-0.5, 319.5), ylim=(239.5, -0.5), xticks=[], yticks=[])
     axes[1].grid(visible=False)
+    scale(axes[1], (0.0, 1.0), (0, 0.5, 1), "")
     for ax in axes:
         ax.plot(*alike.place, "o", markersize=17, markerfacecolor="none", color=MEANING["right"],
                 markeredgewidth=2.0)  # fmt: skip
@@ -181,9 +198,10 @@ def gaining(axes: np.ndarray, state: SimpleNamespace) -> None:
     left.imshow(-state.distance, cmap="gray", vmin=-12, vmax=0, interpolation="nearest")
     left.set(xticks=[], yticks=[])
     left.grid(visible=False)
+    scale(left, (12.0, 0.0), (0, 6, 12), " px")
     surface(right, state.surface, state.true)
 
 
 def two() -> tuple[Figure, np.ndarray]:
     """Return the axes of an explorer: the picture, and a surface beside it."""
-    return figure(1, 2, width=7.6, height=3.0, gridspec_kw=_AXES)
+    return figure(1, 2, width=7.8, height=3.5, gridspec_kw=_AXES)

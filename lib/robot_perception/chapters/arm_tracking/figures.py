@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from explorables.figures import drawn, figure
 from explorables.figures.charts import bars, curve
 from explorables.figures.maps import picture
-from explorables.figures.style import MEANING
+from explorables.figures.style import MEANING, label
 from robot_perception.chapters.arm_likelihoods.figures import outline
 from studies.intervals import Interval
 from studies.tables import Table
@@ -88,17 +88,14 @@ def hero(ax: Axes, state: SimpleNamespace) -> Axes:
 
 @drawn(
     name="arms-counts",
-    alt="Error of the angles against the number of particles: it falls and levels off above a "
-    "dashed line.",
-    caption="Mean error of the eight angles against the number of particles, auxiliary filter. "
-    "Band: 95 % over films. Dashed: the floor of the fitted curve, which no number of particles "
-    "goes below.",
+    alt="Error of the angles against the number of particles: it falls and levels off.",
+    caption="Mean error of the eight angles against the number of particles, auxiliary filter, "
+    "two draws a film. Band: 95 % over films.",
     height=3.0,
 )
-def counts(ax: Axes, particles: Sequence[int], errors: Sequence[Interval], floor: float) -> Axes:
-    """Draw errors by number of particles, and the fitted floor."""
+def counts(ax: Axes, particles: Sequence[int], errors: Sequence[Interval]) -> Axes:
+    """Draw errors by number of particles."""
     curve(ax, particles, errors, MEANING["estimate"])
-    ax.axhline(floor, color=MEANING["expected"], linestyle="--", linewidth=1.4)
     ax.set(xscale="log", xlabel="particles", ylabel="angles off by (°)", ylim=(0, None))
     ax.set_xticks(particles, [str(n) for n in particles])
     return ax
@@ -143,21 +140,37 @@ def resampling(
 
 @drawn(
     name="arms-ray",
-    alt="Seen from above, two rays leave a shoulder: where the arm points and where the robot says "
-    "that it points, with a wedge about the second one.",
-    caption="The arm of the first figure from above, the camera below. Rays of three metres: where "
-    "it points, and where the tracker says. Wedge: the mean error over all films, to both sides.",
-    height=3.4,
+    alt="Seen from above, a camera below and a shoulder two metres before it. Two rays leave the "
+    "shoulder: where the arm points, and where the robot says that it points, with a wedge about "
+    "the second one.",
+    caption="The arm of the first figure, seen from above; the camera looks upwards in this "
+    "drawing. Rays of three metres: where the arm points, and where the tracker says that it "
+    "points. Wedge: the mean error over all films, to both sides.",
+    height=3.9,
 )
-def ray(ax: Axes, true: np.ndarray, told: np.ndarray, error: float) -> Axes:
-    """Draw two directions (3,) as rays from above, and an error of so many degrees."""
-    for way, meaning in ((true, "right"), (told, "estimate")):
-        ax.plot([0, 3 * way[0]], [0, 3 * way[2]], color=MEANING[meaning], linewidth=2.2)
+def ray(ax: Axes, shoulder: np.ndarray, true: np.ndarray, told: np.ndarray, error: float) -> Axes:
+    """Draw two directions (3,) from a shoulder (3,) from above, and an error of so many degrees.
+
+    All are given in the frame of the camera, which is drawn at its place.
+    """
+    u, w = shoulder[0], shoulder[2]
     level = np.hypot(told[0], told[2])
     turns = np.arctan2(told[2], told[0]) + np.radians(error) * np.linspace(-1, 1, 21)
-    ends = 3 * level * np.stack([np.cos(turns), np.sin(turns)], axis=1)
-    ax.fill(*np.vstack([[0, 0], ends]).T, color=MEANING["estimate"], alpha=0.15, linewidth=0)
-    ax.set(xlim=(-3.2, 3.2), ylim=(-3.2, 0.8), aspect="equal", xlabel="m", ylabel="m")
+    ends = [u, w] + 3 * level * np.stack([np.cos(turns), np.sin(turns)], axis=1)
+    ax.fill(*np.vstack([[u, w], ends]).T, color=MEANING["estimate"], alpha=0.15, linewidth=0)
+    for way, meaning, name in ((true, "right", "truth"), (told, "estimate", "tracker")):
+        end = u + 3 * way[0], w + 3 * way[2]
+        ax.plot([u, end[0]], [w, end[1]], color=MEANING[meaning], linewidth=2.2)
+        above = way[2] >= max(true[2], told[2])
+        place = u + 2.5 * way[0], w + 2.5 * way[2] + (0.24 if above else -0.3)
+        label(ax, *place, name, MEANING[meaning], ha="left" if above else "right")
+    ax.plot(u, w, "o", color=MEANING["truth"], markersize=6)
+    label(ax, u, w + 0.3, "shoulder", MEANING["truth"], ha="center")
+    eye = np.array([[0.0, 0.0], [-0.3, 0.45], [0.3, 0.45]])
+    ax.fill(*eye.T, facecolor="none", edgecolor=MEANING["expected"], linewidth=2.0)
+    label(ax, 0.0, -0.25, "the camera", MEANING["expected"], ha="center")
+    ax.set(xlim=(-1.5, 3.7), ylim=(-0.55, 2.6), aspect="equal")
+    ax.set(xlabel="to the side (m)", ylabel="from the camera (m)")
     return ax
 
 

@@ -43,10 +43,9 @@ def gestures(moments: Sequence[SimpleNamespace]) -> Shown:
 def words(moments: Sequence[SimpleNamespace]) -> str:
     """Return what is drawn where."""
     return (
-        "Above: the picture, the outline of the estimate, and lines through the true joints. "
-        "Below, left: both arms in space, turned by 35°, truth and estimate. Right: how far off "
-        "the wrists are. Solid and dashed: the two wrists; dotted: "
-        f"{moments[0].near:.0f} px."
+        "In the picture: points on the outline of the estimate, and lines through the true joints. "
+        "Stick figures: both arms in space, turned by 35°, truth and estimate. Curves: how far off "
+        f"the two wrists are, solid and dashed; dotted: {moments[0].near:.0f} px."
     )
 
 

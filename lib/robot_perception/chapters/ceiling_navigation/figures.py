@@ -121,9 +121,9 @@ def mosaic(ax: Axes, shown: Plan, run: SimpleNamespace) -> Axes:
     alt="Three plans of the loop. In the first the path by the mosaic as printed leaves the true "
     "one by decimetres and does not close; in the second it leaves it by less; in the third, "
     "adjusted, the two lie on each other.",
-    caption="The loop by the mosaic as printed, by ours as it was chained, and by ours adjusted, "
-    "over the true path (thin). Strokes lead from where a pattern is to where the mosaic has it. "
-    "Above: root mean square error of the patterns.",
+    caption="The loop (a) by the mosaic as printed, (b) by ours as it was chained, (c) by ours "
+    "adjusted, over the true path (thin). Strokes lead from where a pattern is to where the mosaic "
+    "has it. Above: root mean square error of the patterns.",
     cols=3,
     width=7.6,
     height=2.7,

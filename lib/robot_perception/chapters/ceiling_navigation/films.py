@@ -36,12 +36,11 @@ def comeback(found: SimpleNamespace) -> Shown:
         fps=FPS,
         name="nav-film",
         poster=len(found.driven) // EVERY // 3,
-        alt="Left, what the camera sees: lamps, vents and joints of a ceiling slide by, squares "
-        "stay on some of them. Right, a plan: a robot that starts beside a taught path joins it "
-        "within two metres and follows it round a corner to its end.",
-        caption="Left: the ceiling as the robot sees it, with the patterns that are tracked. "
-        "Right, as seen looking up: the taught path (broad) with its key images (dots), the "
-        "robot's true path (thin) and two triangles, which nearly coincide: where it is and where "
-        "it is in its own mosaic. It was put down beside the path and believes the ceiling to be "
-        "half as high again as it is.",
+        alt="A picture and a plan. In the picture, what the camera sees: lamps, vents and joints "
+        "of a ceiling slide by, squares stay on some of them. In the plan a robot that starts "
+        "beside a taught path joins it within two metres and follows it round a corner to its end.",
+        caption="The picture: the ceiling as the robot sees it, with the patterns that are "
+        "tracked. The plan, as seen looking up: the taught path (broad) with its key images "
+        "(dots), the robot's true path (thin) and two triangles, which nearly coincide: where it "
+        "is and where it is in its own mosaic. It was put down beside the path.",
     )

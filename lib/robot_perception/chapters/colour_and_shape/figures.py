@@ -13,7 +13,6 @@ from explorables.figures import drawn
 from explorables.figures.style import MEANING, label, on_plate
 from robot_perception.appearance.affine_snake import area
 from robot_perception.chapters.colour_and_shape.films import LINES, outline, picture
-from studies.intervals import Interval
 
 LOST = 0.2
 """Overlap below which an outline is no longer on the object."""
@@ -107,22 +106,22 @@ def overlaps(axes: np.ndarray, found: Mapping[str, Mapping[str, np.ndarray]]) ->
 
 @drawn(
     name="shape-samples-many",
-    alt="Mean overlap against the number of samples, 1 to 50, for the four kinds of film: low "
-    "with one sample, above all for the beetle, and nearly level from twenty samples on.",
-    caption="Mean overlap of the fused tracker against the number of samples, four films of each "
-    "kind; bands: 95 % over films.",
+    alt="Overlap against the number of samples, 1 to 50, in four films of each kind. Most films "
+    "overlap far with any number; one or two of each kind only with many. With fifty samples all "
+    "lie near 0.8 or above.",
+    caption="Overlap of the fused tracker against the number of samples. Thin: each of four films "
+    "of a kind. Thick: their mean.",
     rows=2,
     cols=2,
     width=7.4,
     height=5.0,
 )
-def many(axes: np.ndarray, found: Mapping[str, Mapping[int, Interval]]) -> None:
-    """Draw the mean overlap of the fused tracker against the number of samples, by kind of film."""
+def many(axes: np.ndarray, found: Mapping[str, Mapping[int, np.ndarray]]) -> None:
+    """Draw the overlap of the fused tracker in each film against the number of samples, by kind."""
     for ax, (world, cells) in zip(axes.ravel(), found.items(), strict=True):
-        counts = list(cells)
-        ends = np.array([[cell.low, cell.estimate, cell.high] for cell in cells.values()]).T
-        ax.fill_between(counts, ends[0], ends[2], color=MEANING["fused"], alpha=0.2, linewidth=0)
-        ax.plot(counts, ends[1], "o-", color=MEANING["fused"])
+        counts, films = list(cells), np.array([*cells.values()])
+        ax.plot(counts, films, color=MEANING["fused"], linewidth=0.9, alpha=0.6)
+        ax.plot(counts, films.mean(axis=1), "o-", color=MEANING["fused"], linewidth=2.4)
         ax.set_xscale("log")
         ax.set_xticks(counts, [str(count) for count in counts])
         ax.minorticks_off()
@@ -137,9 +136,9 @@ def many(axes: np.ndarray, found: Mapping[str, Mapping[int, Interval]]) -> None:
     name="shape-path",
     alt="Two cut-outs of a reddish card, light and dark; and its mean colour, blue against red: a "
     "narrow path between dark and bright red, travelled to and fro.",
-    caption="A card goes round a lamp. Last panel: its mean colour in each frame, blue against "
-    "red, from 0 to 255, each point in the colour itself; rings mark the frames shown. It is the "
-    "subject of the paper's Fig. 8.",
+    caption="(a), (b) A card that goes round a lamp. (c) Its mean colour in each frame, blue "
+    "against red, from 0 to 255, each point in the colour itself; rings mark the frames shown. It "
+    "is the subject of the paper's Fig. 8.",
     cols=3,
     width=7.4,
     height=2.7,
@@ -171,9 +170,9 @@ def path(axes: Sequence[Axes], film: Film, at: Sequence[int]) -> None:
     alt="Three clouds of dark reddish colours, ever wider, and below what has these colours: the "
     "beetle with a leaf, the same with its legs, and the beetle with stones and shadow. The "
     "third weighs 0.",
-    caption="Three samples of one frame: the best, a middling one, the worst. Above: their "
-    "colours. Below: the piece that has these colours, with the affine snake on it and all else "
-    "faded. Weights are relative to the greatest. As in the paper's Fig. 11.",
+    caption="Three samples of one frame: (a) the best, (b) a middling one, (c) the worst. Above: "
+    "their colours. Below: the piece that has these colours, with the affine snake on it and all "
+    "else faded. Weights are relative to the greatest. As in the paper's Fig. 11.",
     rows=2,
     cols=3,
     width=7.4,

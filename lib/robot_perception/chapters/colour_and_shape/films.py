@@ -53,7 +53,7 @@ def four(films: Mapping[str, Sequence], tracks: Mapping[str, Tracks]) -> Shown:
         fps=FPS,
         name="shape-films",
         poster=24,
-        alt="Four films side by side. The red outline stays on the circle, the card, the beetle "
+        alt="Four films at once. The red outline stays on the circle, the card, the beetle "
         "and the shell of the snail; the olive one leaves each of them within seconds.",
         caption="The same films, four seconds each, slowed down. Dotted: the truth. Red: fused. "
         "Olive: colours adapted without a check.",

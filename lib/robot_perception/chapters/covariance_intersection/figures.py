@@ -19,11 +19,11 @@ REACH = 2.3
 @drawn(
     name="ci-hero",
     alt="The estimated distance stays about twenty centimetres off while its band shrinks; after "
-    "a few readings the true distance lies outside the band and stays there.",
-    caption="Twenty drawn sonar readings of one distance, fused one by one as if their errors were "
-    "independent. In truth three quarters of the variance are one error, the same in all readings. "
-    "Line: the estimate in a run that ends with an error of typical size (1σ). Band: 2σ as the "
-    "robot states it.",
+    "a few measurements the true distance lies outside the band and stays there.",
+    caption="Twenty simulated sonar measurements of one distance, fused one by one as if their "
+    "errors were independent. In truth three quarters of the variance are one error, the same in "
+    "all of them. Line: the estimate in a run that ends with an error of typical size (1σ). Band: "
+    "2σ as the robot states it.",
     height=3.6,
 )
 def heard(ax: Axes, found: SimpleNamespace) -> Axes:
@@ -140,7 +140,7 @@ def areas(ax: Axes, state: SimpleNamespace) -> Axes:
     "on a straight line until the hypothesis is deleted.",
     caption="Weight of a hypothesis that is matched for six seconds and then no more; the paper's "
     "eqs 5 and 6 with values of ours. Dashed: the two thresholds. Would the curve differ if all "
-    "the readings were one echo?",
+    "the measurements were one echo?",
     height=3.2,
 )
 def certainty(

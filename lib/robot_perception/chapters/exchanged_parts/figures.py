@@ -1,4 +1,4 @@
-"""Drawings of the chapter: sizes of a head, distances of faces, guesses and what they are worth.
+"""Drawings of the chapter: sizes of a head, particles and how near they come, films that are lost.
 
 What they draw is made in the notebook: a namespace with the names that a drawing reads.
 """
@@ -16,9 +16,7 @@ from studies.rows import Rows
 
 _TURN = np.linspace(0, 2 * np.pi, 73)
 _PHOTO = {"left": 0.01, "right": 0.99, "bottom": 0.01, "top": 0.91}
-_ROWS = 10
-"""Rows of the drawing of shares: eight coordinates, their product, and all at once."""
-_OF = ("paper", "robot", "agreement", "readings", "anchor")
+_OF = ("paper", "robot", "agreement")
 """Meanings of colours of the rules, in the order in which sizes are handed in."""
 
 
@@ -30,10 +28,10 @@ def _ring(ax: Axes, now: Any, size: float, colour: str, **kwargs: object) -> Non
 
 @drawn(
     name="parts-head",
-    alt="A rendered room with a head. One ellipse is a dot inside the head, one lies on it, and "
-    "one is six times as large.",
-    caption="The last frame of a film of ten seconds. Dashed: the true head. Its middle is told; "
-    "the size follows the colours, by three rules.",
+    alt="A rendered room with a head. Ellipse A is a dot inside the head, B is six times as large "
+    "as the head, and C lies on it.",
+    caption="The last frame of a film of ten seconds. Dashed: the true head. A, B, C: the size by "
+    "three rules; the middle is told.",
     width=5.2,
     height=4.0,
     gridspec_kw=_PHOTO,
@@ -46,12 +44,13 @@ def heads(ax: Axes, now: Any, sizes: Mapping[str, float]) -> Axes:
     for (name, size), meaning in zip(sizes.items(), _OF, strict=False):
         colour, half = MEANING[meaning], 1.2 * size * now.true
         _ring(ax, now, size, colour, linewidth=2.2)
+        letter = {"fontsize": 14 if len(name) == 1 else 10}
         if size < 0.5:  # within the head: the name stands below that
-            label(ax, u, v + 1.2 * now.true + 12, name, colour, ha="center")
+            label(ax, u, v + 1.2 * now.true + 12, name, colour, ha="center", **letter)
         elif v - half > 20:
-            label(ax, u, v - half - 8, name, colour, ha="center")
+            label(ax, u, v - half - 8, name, colour, ha="center", **letter)
         else:
-            label(ax, 12, 12, name, colour)
+            label(ax, 12, 12, name, colour, **letter)
     return ax
 
 
@@ -88,83 +87,40 @@ def courses(ax: Axes, rows: Rows, strays: Mapping[str, str]) -> Axes:
     return ax
 
 
-def apart(ax: Axes, now: Any) -> Axes:
-    """Draw distances of one's own pictures and of strangers', on axes cleared first."""
-    ax.clear()
-    rng = np.random.default_rng(0)
-    rows = ((1, "own", "agreement", now.own), (0, "strangers", "robot", now.strange))
-    for y, name, meaning, found in rows:
-        x = np.sqrt(np.ravel(found)) / np.sqrt(now.limit)
-        ax.plot(x, y + rng.uniform(-0.2, 0.2, x.size), "o", markersize=3, color=MEANING[meaning])
-        label(ax, 0.03, y + 0.36, name, MEANING[meaning])
-    ax.axvline(1, color=MEANING["rule"], linestyle="--")
-    label(ax, 1.03, 1.36, "the limit", MEANING["rule"])
-    ax.set(xlim=(0, 2.6), ylim=(-0.5, 1.6), xlabel="distance from the class, over the limit")
-    ax.set_yticks([])
-    ax.set_title(f"{(now.strange <= now.limit).mean():.0%} of the strangers are let in")
-    return ax
-
-
 def reached(ax: Axes, now: Any) -> Axes:
-    """Draw the error and the nearest guess by the number of guesses, on axes cleared first."""
+    """Draw the error and the nearest particle by the number of particles, on axes cleared first."""
     ax.clear()
     for name, meaning, values in (
         ("error of the tracker", "robot", now.error),
-        ("nearest guess", "expected", now.nearest),
+        ("nearest particle", "expected", now.nearest),
     ):
         ax.plot(now.counts, values, "o-", color=MEANING[meaning], linewidth=2.2)
         above = meaning == "robot"
         end = values.max() + 0.4 if above else values.min() - 0.4
         label(ax, now.counts[-1], end, name, MEANING[meaning], ha="right")
-    ax.set(xscale="log", ylim=(-0.6, 5.6), xlabel="guesses", ylabel="error (deviations)")
+    ax.set(xscale="log", ylim=(-0.6, 5.6), xlabel="particles", ylabel="error (deviations)")
     ax.set_xticks(now.counts, [f"{n}" for n in now.counts])
     ax.minorticks_off()
     return ax
 
 
-def counted(ax: Axes, now: Any) -> Axes:
-    """Draw shares that count by coordinate, their product, and that of all, on cleared axes."""
+def gated(ax: Axes, now: Any) -> Axes:
+    """Draw what each gate loses to one event and to the other, a mark a threshold, on cleared axes.
+
+    A ring marks the threshold that is chosen.
+    """
     ax.clear()
-    shares = (*now.alone, now.product, now.whole)
-    names = (
-        *(f"no. {k + 1}" for k in range(len(now.alone))),
-        "product",
-        "all",
-    )
-    colours = [MEANING["readings"]] * len(now.alone) + [MEANING["expected"], MEANING["robot"]]
-    rows = _ROWS - np.arange(len(shares))  # from above; trackers of few numbers leave some free
-    ax.barh(rows, shares, color=colours, left=1e-4, height=0.7)
-    ax.set(xscale="log", xlim=(1e-4, 1.5), xlabel="share of the guesses that counts")
-    ax.set_ylim(0.3, _ROWS + 0.7)
-    ax.set_yticks(rows, names)
-    ax.grid(visible=False, axis="y")
-    return ax
-
-
-@drawn(
-    name="parts-trade",
-    alt="Share of the films lost to who stops against share lost as the light goes. The curve of "
-    "each gate runs from never learning, lost in the dark, to always learning, lost to who stops.",
-    caption="Shares of the films. Each mark is a threshold; the best place is at the bottom left. "
-    "Lines lead from the least threshold to the greatest, and on to a model that always learns.",
-    width=5.2,
-    height=4.2,
-)
-def trade(ax: Axes, rows: Rows, events: tuple[str, str], gates: Mapping[str, str]) -> Axes:
-    """Draw what each gate loses to one event and to the other, a mark for each threshold."""
-
-    def lost(gate: str, threshold: float) -> list[float]:
-        return [rows.of("lost", event=e, gate=gate, threshold=threshold).mean() for e in events]
-
-    never, always = lost("never", -1.0), lost("always", 1.0)
-    places = ("robot", -3, -0.1), ("readings", 2, 0.03)  # beside a mark of each line
-    for (gate, name), (meaning, mark, up) in zip(gates.items(), places, strict=True):
-        thresholds = rows.where(gate=gate).levels("threshold")
-        x, y = np.array([never, *(lost(gate, t) for t in thresholds), always]).T
-        ax.plot(x, y, "o-", color=MEANING[meaning], linewidth=2.0)
-        label(ax, x[mark] + 0.03, y[mark] + up, name, MEANING[meaning])
-    for name, (x, y), aside in (("never", never, -0.06), ("always", always, 0.04)):
+    places = {"score": ("robot", -3, -0.1), "change": ("readings", 2, 0.03)}  # beside a mark
+    for name, curve in now.curves.items():
+        meaning, mark, up = places[name]
+        ax.plot(*curve.T, "o-", color=MEANING[meaning], linewidth=2.0)
+        label(ax, curve[mark, 0] + 0.03, curve[mark, 1] + up, f"by {name}", MEANING[meaning])
+    for (name, (x, y)), aside in zip(now.ends.items(), (-0.06, 0.04), strict=True):
         ax.plot(x, y, "s", color=MEANING["rule"])
         label(ax, x + aside, y + 0.06, name, MEANING["rule"])
-    ax.set(xlim=(0, 1), ylim=(0, 1), xlabel="lost as the light goes", ylabel="lost to who stops")
+    ring = {"markersize": 16, "fillstyle": "none", "markeredgewidth": 2.4}
+    ax.plot(now.light, now.stops, "o", color=MEANING["rule"], **ring)
+    ax.set(xlim=(0, 1), ylim=(0, 1))
+    ax.set(xlabel="lost as the light fails", ylabel="lost to who stops")
+    ax.set_title(f"of all films {(now.light + now.stops) / 2:.0%} are lost")
     return ax

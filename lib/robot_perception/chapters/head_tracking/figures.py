@@ -146,7 +146,8 @@ def by_size(ax: Axes, found: SimpleNamespace) -> Axes:
     name="head-step",
     alt="An ellipse of pixels and the same ellipse one pixel further right: the left rim is "
     "subtracted, the right rim is added, and the rest is shared.",
-    caption="Two adjacent ellipses. Left rim: subtracted. Right rim: added. The rest is shared.",
+    caption="Two adjacent ellipses. The rim that is left behind is subtracted, the rim ahead is "
+    "added. The rest is shared.",
     width=4.2,
     height=4.4,
 )
@@ -202,12 +203,13 @@ def work(ax: Axes, half_widths: Sequence[int], carried: np.ndarray, summed: np.n
     "where nobody passes the threshold makes less of a difference.",
     caption=lambda rows, **_: (
         "How often the head is missed, by threshold, over the first "
-        f"{len(rows.levels('film'))} of the films. Solid: never given up. Dotted: a = 0.02, given "
-        "up below a score of 0.45. Dashed: the fixed model."
+        f"{len(rows.levels('film'))} of the films. (a) The light changes. (b) He turns his back, "
+        "too. (c) Others pass as well. Numbers in the keys: a. Dotted: a = 0.02, given up below a "
+        "score of 0.45; no other tracker gives up."
     ),
     cols=3,
     width=7.4,
-    height=2.6,
+    height=3.6,
 )
 def grid(
     axes: np.ndarray, rows: Rows, *, lines: Mapping[str, Sequence[str]], gates: Sequence[float]
@@ -217,21 +219,23 @@ def grid(
     for ax, scene in zip(axes, rows.levels("scene"), strict=True):
         here = rows.where(scene=scene)
         fixed = here.of("missed", tracker="fixed").mean()
-        ax.axhline(fixed, color=MEANING["fixed model"], linestyle="--")
+        ax.axhline(fixed, color=MEANING["fixed model"], linestyle="--", label="fixed")
         for (name, trackers), mark in zip(lines.items(), ("o-", "^-", "s-", "o:"), strict=True):
             missed = [here.of("missed", tracker=one).mean() for one in trackers]
-            ax.plot(gates, missed, mark, label=None if mark == "o:" else name, **style)
-        ax.set(xlabel="threshold", ylabel="missed", ylim=(0, 1))
+            ax.plot(gates, missed, mark, label=name.removeprefix("a = "), **style)
+        ax.set(xlabel="threshold", ylabel="missed", ylim=(0, 1.6))
+        ax.set_yticks([0, 0.25, 0.5, 0.75, 1])
         ax.set_title(scene.rpartition(", ")[2])
-    axes[0].legend(loc="upper left")
+        keys = {"ncols": 2, "columnspacing": 0.8, "handlelength": 1.4, "handletextpad": 0.4}
+        ax.legend(loc="upper left", title="a", borderaxespad=0.0, **keys)
 
 
 @drawn(
     name="head-shine",
     alt="Three cut-outs of a rendered head: dull skin at first, then a bright spot on forehead "
     "and hair that grows.",
-    caption="A head that begins to sweat under a white lamp: frames 0, 75 and 149. The light does "
-    "not change; what shines does.",
+    caption="A head that begins to sweat under a white lamp: frames 0, 15 and 29 of two seconds. "
+    "The light stays; skin and hair shine more and more.",
     cols=3,
     width=7.4,
     height=2.2,

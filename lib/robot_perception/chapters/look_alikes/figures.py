@@ -1,15 +1,26 @@
 """Drawings of the chapter: paths of filters that were told wrong names."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from explorables.figures import drawn
-from explorables.figures.charts import strip
-from explorables.figures.style import MEANING, label
+from explorables.figures.charts import Interval, strip
+from explorables.figures.style import MEANING, AxesRow, label
 from robot_perception.chapters.visual_slam.figures import WIDE, ground
+
+ENDS = 0.1, 20.0
+"""Errors between which a drive is drawn, m."""
+
+
+class Line(NamedTuple):
+    """A line of a forest plot: its name, a ratio with its interval, and the limit it is held to."""
+
+    name: str
+    found: Interval
+    limit: float | None = None
 
 
 @drawn(
@@ -31,10 +42,10 @@ def pulled(ax: Axes, one: Any, ten: Any, walls: np.ndarray) -> Axes:
 
 @drawn(
     name="look-drives",
-    alt="Two rows of dots on one axis. One filter: between five and ten metres off. Ten particles: "
-    "mostly below one metre. A ring in each row marks the drive that is shown, at its left end.",
-    caption="Dots: ten other buildings with as many wrong names, each by how far the path is off. "
-    "Rings: the drive that is shown.",
+    alt="Two rows of dots on one axis. One filter: between four and eleven metres off. Ten "
+    "particles: mostly below one metre. A ring in each row marks the drive that is shown.",
+    caption="Dots: twenty drives through ten other buildings with as many wrong names, each by how "
+    "far the path is off. Rings: the drive that is shown.",
     width=6.4,
     height=1.9,
 )
@@ -52,3 +63,62 @@ def followed(ax: Axes, state: Any, walls: np.ndarray) -> Axes:
     ax.plot(x, y, "o", color=MEANING["robot"], markersize=6)
     label(ax, x, y + 0.5, "the end", MEANING["robot"], ha="center")
     return ax
+
+
+def drives_of(ax: Axes, state: Any) -> Axes:
+    """Draw ten drives, each by the error of the wheels alone and that of a filter."""
+    ax.clear()
+    ax.plot(ENDS, ENDS, color=MEANING["expected"], linewidth=1.4, linestyle="--")
+    ax.fill_between(ENDS, ENDS, ENDS[1], color=MEANING["wrong"], alpha=0.1, linewidth=0)
+    for right, marker in ((True, "o"), (False, "x")):
+        some = state.right == right
+        colour = MEANING["right" if right else "wrong"]
+        ax.plot(state.wheels[some], state.off[some], marker, color=colour, markersize=9,
+                markeredgewidth=2.2, linestyle="none")  # fmt: skip
+    ax.text(0.52, 17.5, "lost: farther off than the wheels", va="top", color=MEANING["wrong"])
+    ax.set(xscale="log", yscale="log", xlim=(0.5, 2.4), ylim=ENDS)
+    ax.set(xlabel="the wheels alone are off by (m)", ylabel="the filter is off by (m)")
+    ax.set_xticks([0.5, 1, 2], ["0.5", "1", "2"])
+    ax.set_yticks([0.2, 0.5, 1, 2, 5, 10], ["0.2", "0.5", "1", "2", "5", "10"])
+    ax.minorticks_off()
+    return ax
+
+
+@drawn(
+    name="look-forest",
+    alt="Two drawings of dots with intervals. Shares of wrong matches: most dots lie at or above "
+    "one, that for single descriptors lies below. Errors of the path: names that are told lie "
+    "far below one, the distances about one.",
+    caption=(
+        "Each dot is a ratio of two means over the buildings, each line its 95 % interval, on a "
+        "logarithmic scale; at 1 there is no difference. Short upright strokes: the limit of a "
+        "claim of this page, below which the ratio should lie. First drawing: wrong matches among "
+        "the recognised tracks. Second drawing: error of the path."
+    ),
+    cols=2,
+    width=7.4,
+    height=8.2,
+)
+def forest(
+    axes: AxesRow, matches: Mapping[str, Sequence[Line]], paths: Mapping[str, Sequence[Line]]
+) -> AxesRow:
+    """Draw ratios as dots with their intervals, in groups of lines."""
+    heads = "share of wrong matches, ratio", "error of the path, ratio"
+    for ax, groups, head in zip(axes, (matches, paths), heads, strict=True):
+        row, across = 0.0, ax.get_yaxis_transform()
+        for group, lines in groups.items():
+            ax.text(0.0, row, group, transform=across, fontweight="bold", va="center")
+            for name, found, limit in lines:
+                ax.text(0.0, row + 0.9, name, transform=across, fontsize=9.5, va="center")
+                row += 1.6
+                ax.plot([found.low, found.high], [row, row], color=MEANING["truth"], linewidth=1.6)
+                ax.plot(found.estimate, row, "o", color=MEANING["truth"], markersize=6)
+                if limit:
+                    stroke = [row - 0.35, row + 0.35]
+                    ax.plot([limit] * 2, stroke, color=MEANING["error"], linewidth=2.4)
+            row += 1.5
+        ax.axvline(1.0, color=MEANING["expected"], linewidth=1.0, zorder=0)
+        ax.set(xscale="log", xlabel=head, xlim=(0.26, 2.1), ylim=(row - 0.4, -0.8), yticks=[])
+        ax.set_xticks([0.3, 0.5, 0.7, 1, 1.4, 2], ["0.3", "0.5", "0.7", "1", "1.4", "2"])
+        ax.minorticks_off()
+    return axes

@@ -1,4 +1,4 @@
-"""Drawings of guesses in the corridor, of their weights, and of how they are drawn anew."""
+"""Drawings of particles in the corridor, of their weights, and of how they are resampled."""
 
 from collections.abc import Mapping
 from types import SimpleNamespace
@@ -25,12 +25,12 @@ NAMES = {
 
 
 def bubbles(
-    ax: Axes, guesses: Float[np.ndarray, "n"], weights: Float[np.ndarray, "n"], height: float
+    ax: Axes, samples: Float[np.ndarray, "n"], weights: Float[np.ndarray, "n"], height: float
 ) -> None:
-    """Draw guesses as discs at a height, with areas as their weights."""
+    """Draw particles as discs at a height, with areas as their weights."""
     some = weights > 1e-6
     pen = {"color": MEANING["particles"], "alpha": 0.45, "linewidth": 0, "clip_on": True}
-    ax.scatter(guesses[some], np.full(some.sum(), height), s=AREA * weights[some], **pen)
+    ax.scatter(samples[some], np.full(some.sum(), height), s=AREA * weights[some], **pen)
 
 
 def _lost(ax: Axes, found: Mapping[str, Mapping[float, Interval]]) -> Axes:
@@ -48,11 +48,11 @@ def _lost(ax: Axes, found: Mapping[str, Mapping[float, Interval]]) -> Axes:
 @drawn(
     name="guesses-sharper",
     alt="Share of drives lost by the error of the sensor. With the exact belief it falls all the "
-    "way as the sensor gets better. With two hundred guesses it falls as well, down to a sensor of "
+    "way as the sensor gets better. With two hundred particles it falls as well, down to one of "
     "two or three decimetres, and then rises steeply.",
     caption="Share of drives that end more than half a metre off, by the error of the sensor, with "
     "95 % intervals. The same drives, followed by a list of all places (exact) and by two hundred "
-    "guesses.",
+    "particles.",
     height=3.4,
 )
 def sharper(ax: Axes, found: Mapping[str, Mapping[float, Interval]]) -> Axes:
@@ -65,7 +65,7 @@ def sharper(ax: Axes, found: Mapping[str, Mapping[float, Interval]]) -> Axes:
     alt="The share of drives lost by the error of the sensor, for three filters and the exact "
     "belief. Condensation rises steeply as the sensor gets better, the auxiliary filter less so, "
     "and importance sampling stays close to the exact belief.",
-    caption="As before, with the two mended filters: two hundred guesses each, on the same drives.",
+    caption="As before, with the two mended filters: two hundred particles each, the same drives.",
     height=3.4,
 )
 def mended(ax: Axes, found: Mapping[str, Mapping[float, Interval]]) -> Axes:
@@ -74,34 +74,36 @@ def mended(ax: Axes, found: Mapping[str, Mapping[float, Interval]]) -> Axes:
 
 
 def crowd(ax: Axes, now: SimpleNamespace) -> Axes:
-    """Draw the exact belief, how the guesses' weights are spread, and the guesses."""
+    """Draw the exact belief, how the particles' weights are spread, and the particles."""
     ax.clear()
     filled(ax, now.places, now.exact, MEANING["expected"], "exact")
-    ax.stairs(now.heights, now.edges, color=MEANING["particles"], linewidth=1.8, label="guesses")
+    ax.stairs(now.heights, now.edges, color=MEANING["particles"], linewidth=1.8, label="particles")
     corridor(ax, now.world, now.top, now.robot)
-    bubbles(ax, now.guesses, now.weights, -0.5 * BELOW * now.top)
-    ax.set(ylabel="density (1/m)", title=f"worth {now.effective:.0f} of {len(now.guesses)} guesses")
+    bubbles(ax, now.samples, now.weights, -0.5 * BELOW * now.top)
+    ax.set(
+        ylabel="density (1/m)", title=f"worth {now.effective:.0f} of {len(now.samples)} particles"
+    )
     ax.legend(loc="upper right")
     return ax
 
 
 @drawn(
     name="guesses-step",
-    alt="Four rows of discs over the corridor. Weighted guesses; the heavy ones repeated and the "
-    "light ones gone; all moved by a metre and scattered; weighted anew by the next reading.",
-    caption="One step. Discs: forty guesses, with areas as their weights. Curve: the exact belief "
-    "at the start and at the end.",
+    alt="Four rows of discs over the corridor. Weighted particles; the heavy ones repeated and the "
+    "light ones gone; all moved by a metre and scattered; weighted anew by the next measurement.",
+    caption="One step. Discs: forty particles, with areas as their weights. Curve: the exact "
+    "belief at the start and at the end.",
     rows=4,
     height=6.4,
 )
 def step(axes: AxesRow, told: SimpleNamespace) -> AxesRow:
-    """Draw guesses before a step, drawn, moved, and weighed."""
+    """Draw particles before a step, drawn, moved, and weighed."""
     rows = zip(axes, told.crowds, told.exact, told.titles, strict=True)
-    for ax, (guesses, weights), exact, title in rows:
+    for ax, (samples, weights), exact, title in rows:
         if exact is not None:
             filled(ax, told.places, exact, MEANING["expected"])
         corridor(ax, told.world, told.top)
-        bubbles(ax, guesses, weights, 0.45 * told.top)
+        bubbles(ax, samples, weights, 0.45 * told.top)
         ax.set_title(title)
         ax.set_yticks([])
         if ax is not axes[-1]:
@@ -110,12 +112,12 @@ def step(axes: AxesRow, told: SimpleNamespace) -> AxesRow:
 
 
 def weighted(ax: Axes, now: SimpleNamespace) -> Axes:
-    """Draw what is wanted, what guesses were drawn from, and the weighted guesses."""
+    """Draw what is wanted, what particles were drawn from, and the weighted particles."""
     ax.clear()
     filled(ax, now.places, now.f, MEANING["expected"], "wanted, f")
     ax.plot(now.places, now.g, "--", color=MEANING["at worst"], label="drawn from, g")
     corridor(ax, now.world, now.top)
-    bubbles(ax, now.guesses, now.weights, -0.5 * BELOW * now.top)
+    bubbles(ax, now.samples, now.weights, -0.5 * BELOW * now.top)
     ax.plot(now.centre, 0, "o", color=MEANING["at worst"], markersize=9)
     ax.set(ylabel="density (1/m)")
     ax.set_title(f"worth {now.effective:.0f}; beyond 11 m: {now.told:.0%}, truly {now.true:.0%}")
@@ -141,7 +143,7 @@ def comb(axes: AxesRow, now: SimpleNamespace) -> AxesRow:
     below.bar(np.arange(n), n * now.weights, color=MEANING["expected"], alpha=0.35, width=0.8)
     below.plot(np.arange(n), now.counts, "o", color=MEANING["particles"])
     label(below, n - 0.6, 6.2, "bars: expected; dots: drawn", MEANING["mean"], ha="right")
-    below.set(xlim=(-0.5, n - 0.5), ylim=(0, 7), xlabel="guess", ylabel="times drawn")
+    below.set(xlim=(-0.5, n - 0.5), ylim=(0, 7), xlabel="particle", ylabel="times drawn")
     for ax in axes:
         ax.set_xticks(range(n), [str(k + 1) for k in range(n)])
     return axes

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from explorables.figures import drawn, figure, film
+from explorables.figures.charts import strip
 from explorables.figures.maps import dots, lines, picture, plan
 from explorables.figures.style import MEANING, AxesRow
 from explorables.media import Shown
@@ -51,22 +52,38 @@ def _pictures(state: SimpleNamespace) -> str:
 
 @drawn(
     name="mcl-hero",
-    alt="Three floor plans of a corridor with rooms. First strokes lie all over the floor, then "
-    "in one heap beside the square that marks the robot, and last on it.",
-    caption="5000 particles before the first picture, after one, and after sixteen. Strokes: 200 "
-    "of them. Square: the robot. Ring: the mean of the heaviest cluster, with a dashed stroke "
-    "while the robot does not count as located. Lines: the walls, which the map does not know.",
-    cols=3,
+    alt="Two floor plans of a corridor with rooms. After one picture the ring of the estimate "
+    "touches the square that marks the robot, after sixteen it lies on it.",
+    caption="5000 particles after one picture, and after sixteen; above each plan, how far the "
+    "estimate is off. Strokes: 200 of the particles. Square: the robot. Ring: the mean of the "
+    "heaviest cluster, with a dashed stroke while the robot does not count as located. Lines: the "
+    "walls, which the map does not know.",
+    cols=2,
     width=7.4,
-    height=1.85,
-    gridspec_kw={"left": 0.005, "right": 0.995, "bottom": 0.01, "top": 0.87, "wspace": 0.03},
+    height=2.75,
+    gridspec_kw={"left": 0.005, "right": 0.995, "bottom": 0.01, "top": 0.9, "wspace": 0.03},
 )
 def hero(axes: AxesRow, states: Sequence[SimpleNamespace]) -> AxesRow:
-    """Draw three moments of a search."""
+    """Draw two moments of a search, each with its error."""
     for ax, state in zip(axes, states, strict=True):
         where(ax, state)
-        ax.set_title(_pictures(state), fontsize=11)
+        off = np.hypot(*(state.pose - state.truth)[:2])
+        ax.set_title(f"{_pictures(state)}: {off:.2f} m off", fontsize=11)
     return axes
+
+
+@drawn(
+    name="mcl-drives",
+    alt="A row of dots on one axis, nearly all below half a metre. A ring marks the start that "
+    "is shown.",
+    caption="Dots: forty starts in eight other buildings, each by how far the estimate is off "
+    "after sixteen pictures. Ring: the start that is shown.",
+    width=6.4,
+    height=1.5,
+)
+def drives(ax: Axes, ends: Mapping[str, Sequence[float]], shown: Mapping[str, float]) -> Axes:
+    """Draw where the start that is shown lies among those that are scored."""
+    return strip(ax, ends, shown, "estimate off by (m)")
 
 
 def card(ax: Axes, state: SimpleNamespace) -> Axes:
@@ -104,7 +121,7 @@ def carried(moments: Sequence[SimpleNamespace]) -> Shown:
         alt="Above, what the left eye sees. Below, two plans: particles gather at the robot in "
         "both. Then it is carried to another room. Without fresh particles they stay where they "
         "were; with them a second heap grows at the robot.",
-        caption="Above: the left eye. Below: two filters, left as in the paper, right with 5 % "
+        caption="Above: the left eye. Below: two filters, first the paper's, then one with 5 % "
         "fresh particles. Square: the robot. Strokes and ring: particles "
         "and estimate, dashed while the robot does not count as located. Half-way somebody carries "
         "the robot to another room.",

@@ -229,8 +229,8 @@ def ensemble(ax: Axes, last: np.ndarray, deviation: float) -> Axes:
 
 
 @drawn(
-    alt="Left: straight lines rising, steeper with more landmarks, all under the dashed line "
-    "1/V. Right: for one landmark the sum rises while the information of the state is flat.",
+    alt="(a) Straight lines rising, steeper with more landmarks, all under the dashed line "
+    "1/V. (b) For one landmark the sum rises while the information of the state is flat.",
     caption="Fig. 3 rebuilt at $P_0 = V = W = 1$ m². (a) First entry of eq. (14), by number of "
     "landmarks; none rises by more than 1/V a step. (b) One landmark. Why is one line flat?",
     cols=2,
@@ -350,7 +350,7 @@ def gain_decay(ax: Axes, curves: Mapping[int, tuple[np.ndarray, np.ndarray]]) ->
 
 
 @drawn(
-    alt="Left: the error of one landmark falls to a floor. Right: the sum of squared errors rises.",
+    alt="(a) The error of one landmark falls to a floor. (b) The sum of squared errors rises.",
     caption="$P_0 = V = W = 1$ m². (a) Root mean square error of one landmark; line: by the "
     "filter, dots: 400 runs. (b) Expected sum of squared errors over the state, by the same "
     "filter.",
@@ -408,7 +408,8 @@ def variants(
         lower.plot(nees[name], **style)
     for ax, what in zip(axes, ("landmark error (m)", "squared error / variance"), strict=True):
         ax.set(xlim=(0, len(rms[name]) - 1), ylim=(0, None), xlabel=MEASUREMENTS, ylabel=what)
-    lower.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0))
+    for ax in axes:
+        ax.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0))
 
 
 @drawn(

@@ -87,7 +87,7 @@ def doors(ax: Axes, now: SimpleNamespace) -> Axes:
 @drawn(
     name="belief-two-doors",
     alt="After one word the belief has three humps, and the Gaussian with its mean and deviation "
-    "is one wide hump whose middle is in front of a wall. After two words and a reading of the "
+    "is one wide hump whose middle is in front of a wall. After two words and a measurement of the "
     "laser belief and Gaussian are nearly the same narrow hump.",
     caption="A belief (filled) and the Gaussian with its mean and its variance (dashed). After one "
     "word the Gaussian is highest in front of a wall; after the laser it will do.",
@@ -97,7 +97,7 @@ def doors(ax: Axes, now: SimpleNamespace) -> Axes:
 def summaries(axes: AxesRow, told: SimpleNamespace) -> AxesRow:
     """Draw beliefs, each with the Gaussian of its mean and variance."""
     for ax, belief, gaussian, title, top in zip(
-        axes, told.beliefs, told.gaussians, told.titles, (0.4, HIGH), strict=True
+        axes, told.beliefs, told.gaussians, told.titles, (0.4, 1.8), strict=True
     ):
         filled(ax, told.places, belief, MEANING["estimate"])
         ax.plot(told.places, gaussian, "--", color=MEANING["Kalman"])
@@ -108,10 +108,10 @@ def summaries(axes: AxesRow, told: SimpleNamespace) -> AxesRow:
 
 
 def product(ax: Axes, now: SimpleNamespace) -> Axes:
-    """Draw a belief, what a reading says, and their product, as densities."""
+    """Draw a belief, what a measurement says, and their product, as densities."""
     ax.clear()
     ax.plot(now.x, now.prior, color=MEANING["first opinion"], label="belief before")
-    ax.plot(now.x, now.reading, color=MEANING["second opinion"], label="reading")
+    ax.plot(now.x, now.measurement, color=MEANING["second opinion"], label="measurement")
     filled(ax, now.x, now.posterior, MEANING["estimate"], "product")
     ax.set(xlim=(now.x[0], now.x[-1]), ylim=(-0.12, 1.7))
     ax.plot(now.z, 0, "^", color=MEANING["second opinion"], markersize=10)
@@ -129,20 +129,20 @@ def _errors(ax: Axes, steps: Sequence[int], mean: np.ndarray, sigma: np.ndarray,
 
 @drawn(
     name="belief-run",
-    alt="Errors of thirty readings scatter by some four decimetres about zero. The estimate's "
+    alt="Errors of thirty measurements scatter by some four decimetres about zero. The estimate's "
     "error stays within two decimetres or so, and its band, wide at first, soon keeps one width "
     "and nearly always holds zero.",
-    caption="One drive. Dots: error of each reading. Line: error of the estimate; band: 2σ as the "
-    "filter states it. The true place is at zero.",
+    caption="One drive. Dots: error of each measurement. Line: error of the estimate; band: 2σ as "
+    "the filter states it. The true place is at zero.",
     height=3.2,
 )
 def run(ax: Axes, told: SimpleNamespace) -> Axes:
-    """Draw the error of readings and of the filter."""
+    """Draw the error of measurements and of the filter."""
     steps = np.arange(1, len(told.x) + 1)
     ax.plot(steps, told.z - told.x, "o", color=MEANING["readings"], markersize=4)
     _errors(ax, steps, told.means - told.x, np.sqrt(told.variances), "estimate")
     ax.axhline(0, color=MEANING["truth"], linewidth=1.2)
-    ax.set(xlabel="readings", ylabel="error (m)", xlim=(1, steps[-1]), ylim=(-1.3, 1.3))
+    ax.set(xlabel="measurements", ylabel="error (m)", xlim=(1, steps[-1]), ylim=(-1.3, 1.3))
     return ax
 
 
@@ -164,7 +164,7 @@ def lag(ax: Axes, told: SimpleNamespace) -> Axes:
     ax.axhline(0, color=MEANING["truth"], linewidth=1.2)
     label(ax, 34.5, -1.75, "place alone", MEANING["Kalman"], ha="right", va="top")
     label(ax, 34.5, 1.3, "place and speed", MEANING["estimate"], ha="right")
-    ax.set(xlabel="readings", ylabel="error (m)", xlim=(1, steps[-1]), ylim=(-2.6, 2.0))
+    ax.set(xlabel="measurements", ylabel="error (m)", xlim=(1, steps[-1]), ylim=(-2.6, 2.0))
     return ax
 
 

@@ -50,8 +50,8 @@ def card(ax: Axes, film: SimpleNamespace, at: int) -> Axes:
 
 @drawn(
     name="pattern-hero",
-    alt="Four pictures side by side. A sign in the middle of a picture crowded with stripes, lamps "
-    "and boxes. The same place as three maps: by edges many bright spots, by edges of the same "
+    alt="Four pictures. A sign in the middle of a picture crowded with stripes, lamps and boxes. "
+    "The same place as three maps: by edges many bright spots, by edges of the same "
     "direction few, by grey vectors few.",
     caption="(a) What the camera sees; framed, the pattern. (b) to (d) How well the pattern fits "
     "at each place within 60 px: by the distance of its outlines from edges, from edges of the "

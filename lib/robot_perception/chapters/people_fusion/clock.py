@@ -70,13 +70,13 @@ def show(instants: Iterable[Instant], room: Room, least: float) -> Shown:
         fps=FPS,
         name="people-clock",
         poster=len(TIMES) // 2,
-        alt="Left a round frame of a fisheye camera, in which three heads move along the rim and "
-        "green lines follow faces; right the floor plan, in which dots of a laser, arcs of "
+        alt="A round frame of a fisheye camera, in which three heads move along the rim and "
+        "green lines follow faces, and the floor plan, in which dots of a laser, arcs of "
         "sonars and red ellipses move with three people. One walks round to the back: a long "
         "wedge becomes a small ellipse when a sonar hears the person, and grows again.",
-        caption="Ten seconds, as fast as they went by. Left: the camera's frame, directions of "
-        "faces (green) and the true heads (rings). Right: the last scan (orange), echoes (thick "
-        "blue arcs), the people (dark discs), and the hypotheses after each reading (red, 2σ; "
+        caption="Ten seconds, as fast as they went by. Picture: the camera's frame, directions "
+        "of faces (green) and the true heads (rings). Plan: the last scan (orange), echoes (thick "
+        "blue arcs), the people (dark discs), and the hypotheses after each measurement (red, 2σ; "
         "filled: persons; dotted: too light to count).",
     )
 

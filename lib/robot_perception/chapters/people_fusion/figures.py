@@ -53,14 +53,15 @@ def aggregated(
     name="people-together",
     alt="A floor plan of a room with three people around a robot: wedges of a camera, ellipses "
     "of laser and sonars, and over each person one red ellipse on which they agree.",
-    caption="The same moment again. Green, orange and blue: what camera, laser and sonars say. "
-    "Red: the persons that the committee knows of by then, 2σ. Dark discs: the people.",
+    caption="The moment with which the chapter before began. Green, orange and blue: what camera, "
+    "laser and sonars say. Red: the persons that the committee knows of by then, 2σ. A, B and C: "
+    "the people.",
     width=5.0,
     height=5.0,
 )
 def together(ax: Axes, scene: Any, persons: Hypotheses) -> Axes:
     """Draw all in one: people, the three sensors, and the persons they agree on."""
-    aggregated(overlay(ax, scene), persons, 0.0)
+    aggregated(overlay(ax, scene, NAMES), persons, 0.0)
     return ax
 
 
@@ -106,9 +107,9 @@ Shares = Mapping[str, tuple[Interval, Interval]]
     "people who are tracked. Without table legs, wood and cork the first falls below the paper's "
     "line; the second rises where people who stop look at the robot, and stays below the paper's.",
     caption="What the paper's two numbers would take: the same system, with one thing about range, "
-    "rooms or people changed at a time, and at last three of them. The dot of the lower share: "
-    "hypotheses that are false; of the higher: people who are tracked. Bars: 95 % over forty "
-    "sessions; dotted: the paper.",
+    "rooms or people changed at a time, and at last three of them. In each row the smaller "
+    "share is that of the hypotheses that are false, the larger that of the people who are "
+    "tracked. Bars: 95 % over forty sessions; dotted: the paper.",
     height=4.2,
 )
 def rooms(ax: Axes, shares: Shares) -> Axes:

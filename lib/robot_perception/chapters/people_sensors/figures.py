@@ -146,13 +146,18 @@ def said(ax: Axes, sensor: str, detections: Gaussian) -> None:
         ax.plot(*shape.T, color=MEANING[sensor], linewidth=1.6)
 
 
+def crosses(ax: Axes, mean: Float[np.ndarray, "n 2"]) -> None:
+    """Mark what is nobody's, by distance and direction (m, rad), with a cross."""
+    ax.plot(*polar(*mean.T).T, "x", color=MEANING["wrong"], markersize=10, markeredgewidth=2.4)
+
+
 @drawn(
     name="people-hero",
     alt="Three floor plans of a room with three people around a robot. The camera has three "
     "directions, the laser two people, the sonars one of these two.",
     caption="One moment, from above; the robot looks up the page. A, B and C are the people. What "
-    "one reading of each sensor takes for people, 2σ: the camera knows directions only, the laser "
-    "misses A, and the sonars miss A and B. It is the middle of the paper's Fig. 7.",
+    "each sensor takes for people in one measurement, 2σ: the camera knows directions only, the "
+    "laser misses A, and the sonars miss A and B. It is the middle of the paper's Fig. 7.",
     cols=3,  # they fill the row: their margins have room for ticks, the caption says what is up
     width=8.2,
     height=3.1,
@@ -170,13 +175,13 @@ def hero(axes: np.ndarray, scene: Any) -> np.ndarray:
     return axes
 
 
-def overlay(ax: Axes, scene: Any) -> Axes:
+def overlay(ax: Axes, scene: Any, words: Sequence[str] = ("", "", "")) -> Axes:
     """Draw what all three say of a moment, and where the people are, on axes cleared first."""
     ax.clear()
     floor(ax, scene.room, 0.5)
     for sensor in ("camera", "sonar", "laser"):
         said(ax, sensor, scene.found[sensor].positions)
-    people(ax, scene, words=("", "", ""))
+    people(ax, scene, words=words)
     return ax
 
 
@@ -191,7 +196,7 @@ def bare(ax: Axes) -> Axes:
 
 @drawn(
     name="people-scan",
-    alt="Readings of a laser from above: the arcs of legs, chair legs, and walls behind. Pairs of "
+    alt="A scan of a laser from above: the arcs of legs, chair legs, and walls behind. Pairs of "
     "legs are joined by a bar.",
     caption="One scan at the same moment. Points: where the beams ended. Joined dots: two legs "
     "taken for a person, where there is one (dotted discs). Grey squares: what looks like a leg "
@@ -292,7 +297,7 @@ def heads(ax: Axes, places: Float[np.ndarray, "p 3"]) -> None:
     name="people-distance",
     alt="Share of people found against distance: the camera falls slowly up to four metres, the "
     "laser from two metres on, the sonars from the start.",
-    caption="Share of people found by a single reading, by distance. Laser: of those whom its "
+    caption="Share of people found by a single measurement, by distance. Laser: of those whom its "
     "beams meet, in trousers and not sideways; sonars: of those in a cone; camera: of those who "
     "face it. Bars: 95 % over forty sessions.",
     height=3.2,
@@ -309,9 +314,36 @@ def rates_by_distance(ax: Axes, found: Mapping[str, Mapping[float, Interval]]) -
         estimates = [share.estimate for share in shares.values()]
         ax.plot(middles, estimates, "o-", color=colour, linewidth=1.4)
         at, gap, va = beside.get(sensor, (-1, 0.1, "center"))  # there the curves are apart
+        at = min(at, len(estimates) - 1)
         x, y = middles[at] + gap, estimates[at]
         label(ax, x, y, sensor, colour, ha="left" if gap > 0 else "right", va=va)
     ax.set(xlim=(0, 4.6), ylim=(-0.02, 1.02), xlabel="distance (m)", ylabel="share found")
+    return ax
+
+
+@drawn(
+    name="people-searches",
+    alt="Faces found against samples looked at, on a logarithmic axis: a curve of searches by "
+    "lattices that rises, and three dots for clouds with few, some and many seeds.",
+    caption="Share of the faces found against the share of a picture's samples that is looked at. "
+    "Curve: searches of the whole picture, from one sample of 96 to every sample, each with the "
+    "threshold by which it makes up as many faces as the clouds with 400 seeds. Dots: clouds by "
+    "their number of seeds. Compare dot and curve at one height.",
+    height=3.2,
+)
+def searches(
+    ax: Axes,
+    clouds: Mapping[int, Float[np.ndarray, "2"]],
+    lattices: Float[np.ndarray, "n 2"],
+) -> Axes:
+    """Draw what clouds, by their seeds, and lattices look at and find, shares of all."""
+    ax.plot(*lattices.T, "o-", color=MEANING["expected"], markersize=4)
+    label(ax, *lattices[1], "searches", MEANING["expected"], ha="right", va="bottom")
+    for seeds, (looked, found) in clouds.items():
+        ax.plot(looked, found, "o", color=MEANING["camera"], markersize=7)
+        label(ax, looked, found - 0.05, f"{seeds}", MEANING["camera"], ha="center", va="top")
+    ax.set_xscale("log")
+    ax.set(xlim=(0.008, 1.6), ylim=(0, 1), xlabel="share looked at", ylabel="share of faces found")
     return ax
 
 
@@ -373,8 +405,7 @@ def look(ax: Axes, now: Any) -> Axes:
     words = [name if found else f"{name}?" for name, found in zip(NAMES, now.found, strict=False)]
     people(ax, now.scene, strong=False, words=words)
     said(ax, now.sensor, now.detections.positions)
-    wrong = now.detections.positions.mean[now.nobody]
-    ax.plot(*polar(*wrong.T).T, "x", color=MEANING["wrong"], markersize=10, markeredgewidth=2.4)
+    crosses(ax, now.detections.positions.mean[now.nobody])
     ax.set_title(f"{now.sensor}: {now.found.sum()} of {len(now.found)} found")
     return ax
 
@@ -391,5 +422,7 @@ def stood(ax: Axes, now: Any) -> Axes:
     _robot(ax, NEAR, [-2, 0, 2])
     ax.set(xlim=(-NEAR, NEAR), ylim=(-NEAR, NEAR))
     bodies(ax, points(now.polar), np.array([now.heading]), words=("",))
-    ax.set_title(now.words)
+    for sensor, wrong in now.nobody.items():
+        crosses(ax, now.found[sensor].positions.mean[wrong])
+    ax.set_title(f"{now.words}; false: {now.false}")
     return ax

@@ -122,9 +122,9 @@ def window(axes: np.ndarray, steps: Sequence[SimpleNamespace]) -> None:
 
 @drawn(
     name="tutor-weights",
-    alt="Left: a picture with some hundred dots round a face, large ones in its middle. Middle: "
-    "two clouds of densities over the column, the detections' narrower than the walk's. Right: the "
-    "ratio of the two, at most two, smallest in the middle, where the detections are.",
+    alt="(a) A picture with some hundred dots round a face, large ones in its middle. (b) Two "
+    "clouds of densities over the column, the detections' narrower than the walk's. (c) The "
+    "correction, at most two, smallest at the columns where the detections are.",
     caption="One step of the filter. (a) Its particles, larger with their weight π. (b) At "
     "each particle the density f of the walk (filled) and g of the detections (open), each as a "
     "share of its largest value. (c) The correction f / (α g + (1 − α) f), which multiplies "

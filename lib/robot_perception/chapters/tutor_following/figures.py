@@ -156,8 +156,8 @@ def states(ax: Axes, table: StateTable) -> Axes:
     "as it should, and most tutors are recognised; from then on it is mostly in the state that was "
     "ordered, least often while the tutor walks.",
     caption="What happens, and the state in which the robot should be then: share of the visits "
-    "that came to it in which it is. After a stranger's hand that is to wait. Lines: 95 %. On the "
-    "right: how many visits came to it.",
+    "that came to it in which it is. After a stranger's hand that is to wait. Lines: 95 %. The "
+    "number behind each bar: how many visits came to it.",
     height=3.6,
     gridspec_kw={"left": 0.42, "right": 0.9, "bottom": 0.16, "top": 0.97},
 )

@@ -29,9 +29,9 @@ def whole(shown: Sequence[SimpleNamespace]) -> Shown:
         alt="A stranger raises a hand before the robot and nothing happens. A second person comes, "
         "raises a hand, turns and walks off; the robot drives after him while somebody walks "
         "through between them. He raises a hand again, and it stops.",
-        caption="Above: what the robot sees. Squares: faces, known (solid) or not (dashed), hands, "
-        "and the person it follows (dotted: the truth). Below, left: robot (triangle) and person "
-        "(dot) from above, and the ways they came (solid and dotted). Right: the state.",
+        caption="What the robot sees. Squares: faces, known (solid) or not (dashed), hands, and "
+        "the person it follows (dotted: the truth). In the plan: robot (triangle) and person (dot) "
+        "from above, and the paths they took (solid and dotted). In the curve: the state.",
     )
 
 

@@ -1,6 +1,6 @@
 """Drawings of the chapter: pictures, maps, particles over time, the map in space."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -8,6 +8,7 @@ from jaxtyping import Float
 from matplotlib.axes import Axes
 
 from explorables.figures import drawn, film, image_axes
+from explorables.figures.charts import strip
 from explorables.figures.maps import dots, lines, plan
 from explorables.figures.style import MEANING, AxesRow, label
 from explorables.media import Shown
@@ -96,6 +97,35 @@ def wheels_alone(ax: Axes, drive: Any, walls: np.ndarray) -> Axes:
     ax.plot(*start, "o", color=MEANING["truth"], markersize=7)
     label(ax, start[0], start[1] + 0.55, "start", MEANING["truth"], ha="center")
     return ax
+
+
+@drawn(
+    name="slam-drives",
+    alt="Three rows of dots on one axis. One particle: up to several metres off. Ten and fifty "
+    "particles: mostly below one metre. A ring in each row marks the drive that is shown.",
+    caption="Dots: sixty drives through twenty other buildings of the same plan, each by how far "
+    "the path is off. Rings: the drive that is shown.",
+    width=6.4,
+    height=2.3,
+)
+def drives(ax: Axes, errors: Mapping[str, Sequence[float]], shown: Mapping[str, float]) -> Axes:
+    """Draw where the drive that is shown lies among those that are scored."""
+    return strip(ax, errors, shown, "path off by (m, root mean square)")
+
+
+@drawn(
+    name="slam-mends",
+    alt="Seven rows of six dots on one axis: the wheels alone, the filter as printed, with each of "
+    "three mends, with all three, and with names told as well.",
+    caption="Dots: six drives through buildings of six plans, each by how far the path is off. "
+    "Rings: their mean.",
+    width=6.4,
+    height=4.2,
+)
+def mends(ax: Axes, errors: Mapping[str, Sequence[float]]) -> Axes:
+    """Draw how far the path is off with the wheels alone and with each front end."""
+    middles = {name: float(np.mean(values)) for name, values in errors.items()}
+    return strip(ax, errors, middles, "path off by (m, root mean square)")
 
 
 def particles(axes: AxesRow, state: Any, walls: np.ndarray) -> AxesRow:

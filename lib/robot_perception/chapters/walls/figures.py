@@ -17,7 +17,7 @@ from robot_perception.chapters.walls.recordings import RecordedMap
 
 
 @drawn(
-    alt="Left: range against direction, a curve with arcs, steps and a few lone dots. Right: the "
+    alt="(a) Range against direction, a curve with arcs, steps and a few lone dots. (b) The "
     "same readings as points in the plane, lying on straight walls, each covered by a green "
     "segment.",
     caption=lambda scan: (
@@ -66,7 +66,7 @@ def viewed(ax: Axes, scan: Found, room: Float[np.ndarray, "faces 2 2"]) -> Axes:
 
 
 @drawn(
-    alt="One scan, twice. Left: splitting keeps vertices along the walls. Right: hardly any.",
+    alt="One scan, twice. (a) Splitting keeps vertices along the walls. (b) Hardly any.",
     caption="The same scan and the same ε, three deviations of the noise. (a) Vertices kept by "
     "splitting. (b) The fewest with which no reading is farther from its chord than ε.",
     cols=2,
@@ -132,9 +132,9 @@ def recursion_state(
 
 
 @drawn(
-    alt="A zigzag of sixteen vertices, twice. Left: the farthest vertex from the first chord is "
-    "the second vertex. Right: after six splits the first seven vertices are kept, and the "
-    "stretch that is left still holds all others.",
+    alt="A zigzag of sixteen vertices, twice. First split: the farthest vertex from the first "
+    "chord is the second vertex. Sixth split: the first seven vertices are kept, and the stretch "
+    "that is left still holds all others.",
     caption="The worst line, at its first split and at its sixth. Orange: chord and vertices "
     "kept; magenta: the farthest vertex, each time the next one. Height and width have different "
     "scales, so right angles do not look right.",
@@ -150,8 +150,8 @@ def worst_line(
 
 
 @drawn(
-    alt="Left: vertices kept against the enlargement of the scan; flat for the printed rule, "
-    "growing for a distance. Right: the scan with the vertices of the printed rule, which "
+    alt="(a) Vertices kept against the enlargement of the scan; flat for the printed rule, "
+    "growing for a distance. (b) The scan with the vertices of the printed rule, which "
     "crowd on short pieces near edges.",
     caption="Both rules with ε = 0.08. (a) Vertices kept when the scan is enlarged. (b) The "
     "printed rule spends its vertices on the shortest chords, where noise looks steep.",
@@ -217,8 +217,8 @@ def two_hulls(ax: Axes, found: Found) -> Axes:
 
 
 @drawn(
-    alt="A curve that crosses itself. Left: the vertices kept by the plain algorithm. Right: "
-    "those kept by unchecked path hulls; some vertices of the left picture are crossed out.",
+    alt="A curve that crosses itself: the vertices kept by the plain algorithm, and "
+    "those kept by unchecked path hulls, with crosses where some of the former are missing.",
     caption="The same chain twice, crossing edges in magenta. Crosses: vertices that the plain "
     "algorithm keeps and path hulls miss.",
     cols=2,
@@ -273,8 +273,8 @@ def chi_square(ax: Axes, values: Float[np.ndarray, " runs"]) -> Axes:
 
 
 @drawn(
-    alt="Left: number of walls against the roughness of the gate, falling from a hundred to a "
-    "few. Right: the missed length is least in the middle; the precision falls beyond it.",
+    alt="Number of walls against the roughness of the gate, falling from a hundred to a "
+    "few. The missed length is least in the middle; the precision falls beyond it.",
     caption="One drive, poses 2 cm wrong, six gates. Precision: share of the map that is "
     "real. Without roughness one wall becomes many; with too much, different walls become one.",
     cols=2,
