@@ -33,7 +33,9 @@ os.environ.pop("STUDIES_WORKERS", None)  # what a test makes up is in no other p
 
 VISITS = "tests/site/test_pages.py::"
 MOST = 1.0e9
-"""Bytes that a worker may hold after a file of tests, before it forgets films and worlds."""
+"""Bytes that a worker may hold beyond what it held at first, before it forgets films and worlds."""
+FIRST = pytest.StashKey[int]()
+"""Bytes that a worker held once it had collected all tests."""
 REMEMBER = ("data_synth.", "robot_perception.chapters.", "robot_perception.book.")
 """Packages that hold what they have rendered."""
 
@@ -68,11 +70,21 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> LoadFileSche
     return Scheduling(config, log) if config.getvalue("dist") == "loadfile" else None
 
 
+def pytest_collection_finish(session: pytest.Session) -> None:
+    """Take what was collected out of the search for garbage, which else reads it again each time.
+
+    A worker collects all tests, some millions of objects: to look through them takes seconds.
+    """
+    gc.collect()
+    gc.freeze()
+    session.stash[FIRST] = _held()
+
+
 @pytest.fixture(scope="module", autouse=True)
-def _forgets() -> Iterator[None]:
+def _forgets(request: pytest.FixtureRequest) -> Iterator[None]:
     """After a file of tests let go of what worlds and chapters hold, where that is much."""
     yield
-    if _held() > MOST:
+    if _held() > request.session.stash[FIRST] + MOST:
         for name in [name for name in sys.modules if name.startswith(REMEMBER)]:
             for value in vars(sys.modules[name]).values():
                 if hasattr(value, "cache_clear"):

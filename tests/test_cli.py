@@ -5,6 +5,7 @@ import json
 import subprocess
 import sys
 from collections import Counter
+from functools import partial
 from math import comb, prod, sqrt
 from random import Random
 
@@ -16,6 +17,7 @@ import pytest
 from click.testing import CliRunner
 from joblib.parallel import get_active_backend
 
+from data_synth.day.building import make_building
 from robot_perception import chapters
 from robot_perception.cli import main
 from robot_perception.cli.store import _renew_rows, drawn
@@ -536,6 +538,65 @@ def test_keys_are_renewed_without_touching_what_is_stored(run, monkeypatch):
         "c: NOT the same; `robot-perception store --only c` stores what it is now",
         "d: kept as it is, attic is not on this computer",
     ]
+
+
+@pytest.fixture
+def short_day(monkeypatch):
+    """A day of two moments, in which the second act fails."""
+    from robot_perception.cli import day_acts, day_report
+    from robot_perception.day.robot import DayInfo, DayState
+
+    class Short:
+        def __init__(self, seed, without=frozenset()):
+            self.outcomes, self.onto, self.without = [], np.zeros(3), without
+            self.building = make_building(rng=np.random.default_rng(seed))
+
+        def run(self):
+            for k, act in enumerate(day_acts.ACTS[:2]):
+                seen = partial(np.full, (24, 32, 3)[: 3 - k], 80, dtype=np.uint8)
+                yield day_acts.Moment(
+                    k * 0.3, act, np.array([2.0 + k, 1.0, 0.1]), DayState(), DayInfo(say="here"),
+                    people=np.array([[4.0, 1.0]]), image=seen,
+                )  # fmt: skip
+                self.outcomes.append(day_acts.Outcome(act, k == 0, f"as {len(self.without)}"))
+
+    monkeypatch.setattr(day_report, "Day", Short)
+    return Short
+
+
+def test_a_day_is_told_act_by_act_and_written_down(run, short_day, tmp_path):
+    film, log = tmp_path / "day.mp4", tmp_path / "day.jsonl"
+    done = run("day", "--seed", "5", "--without", "arms", "--film", film, "--log", log)
+    assert done.exit_code == 0, done.output
+    assert done.stdout.splitlines()[-2:] == ["reached  learn   as 1", "failed   find    as 1"]
+    lines = [json.loads(line) for line in log.read_text("utf-8").splitlines()]
+    assert [line["act"] for line in lines] == ["learn", "find"]
+    assert lines[1]["truth"] == [3.0, 1.0, 0.1]
+    assert lines[0]["belief"] == [0.0, 0.0, 0.0]
+    pictures = cv2.VideoCapture(str(film))
+    there, picture = pictures.read()
+    assert there
+    assert picture.shape == (640, 960, 3)
+    assert abs(int(picture[100, 100].mean()) - 80) < 12  # what the robot sees
+
+
+def test_of_several_days_it_is_counted_how_many_reached_each_act(run, short_day):
+    done = run("day", "--days", "3")
+    assert done.exit_code == 0, done.output
+    *acts, whole = done.stdout.splitlines()[-10:]
+    assert acts[0].split() == ["learn", "3", "of", "3"]
+    assert acts[1].split() == ["find", "0", "of", "3"]
+    assert acts[2].split() == ["hall", "0", "of", "0"]
+    assert whole.split() == ["whole", "0", "of", "3"]
+
+
+def test_a_system_that_there_is_not_and_a_film_of_many_days_are_refused(run, tmp_path):
+    none = run("day", "--without", "smell")
+    assert none.exit_code == 2
+    assert "'smell' is none of stereo, ceiling, laser" in none.output
+    many = run("day", "--days", "2", "--film", tmp_path / "day.mp4")
+    assert many.exit_code == 2
+    assert "a film or a log is of one day" in many.output
 
 
 def test_a_detector_is_trained_and_stored(run, tmp_path):

@@ -25,7 +25,8 @@ def right():
     """The right answers of a chapter, as a student would write them."""
     from robot_perception.book.covariance_intersection import EXERCISES
 
-    return {key: repr(float(EXERCISES[key].answer)) for key in KEYS}
+    given = {"ci-weight": "lambda a, b: fusion.omega_least_determinant(plain(a), plain(b))"}
+    return given | {key: repr(float(EXERCISES[key].answer)) for key in KEYS if key not in given}
 
 
 def hand_in(folder, cells):

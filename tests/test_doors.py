@@ -24,6 +24,7 @@ ROOMS = (
     "companion.faces",
     "companion.hands",
     "arms",
+    "day",
     "evaluation",
     "datasets",
     "geometry",

@@ -24,10 +24,14 @@ EXTRAS = {
     "robot_perception.ceiling": "vision",
     "robot_perception.arms": "vision",
     "robot_perception.companion": "vision",
+    "robot_perception.day": "vision",
+    "robot_perception.cli.day_acts": "book",
+    "robot_perception.cli.day_report": "book",
     "data_synth.ceiling": "vision",
     "data_synth.coloured": "vision",
     "data_synth.arms": "vision",
     "data_synth.companion": "vision",
+    "data_synth.day": "vision",
     "data_synth.people": "vision",
     "robot_perception.book": "book",
     "robot_perception.chapters": "book",
@@ -76,8 +80,9 @@ def modules(extra: str | None) -> list[str]:
             for file in sorted((folder / package).rglob("*.py")):
                 parts = file.relative_to(folder).with_suffix("").parts
                 name = ".".join(part for part in parts if part != "__init__")
-                needs = [EXTRAS[room] for room in EXTRAS if f"{name}.".startswith(f"{room}.")]
-                found += [name] if needs == ([extra] if extra else []) else []
+                rooms = [room for room in EXTRAS if f"{name}.".startswith(f"{room}.")]
+                needs = EXTRAS[max(rooms, key=len)] if rooms else None
+                found += [name] if needs == extra else []
     return found
 
 

@@ -1,5 +1,6 @@
 """Planted errors: their lines fit the present code, and what a run of the tests says of them."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import nbformat
@@ -7,7 +8,7 @@ import pytest
 from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
 
 from tests.tools.mutants import ROOT, Mutant, read, rooms
-from tests.tools.mutants.__main__ import _module, table, verdict
+from tests.tools.mutants.__main__ import BY_BOOK, BY_DRAWS, _module, further, table, verdict
 
 CODE = "def f(a, b):\n    return a + b  # a + b\n"
 
@@ -135,6 +136,23 @@ def test_share_is_over_what_is_not_equivalent_and_only_the_caught_count(tmp_path
     assert escaped.startswith("escaped     room:6 ")
     assert ended.startswith("exit code 5 room:7 ")
     assert equivalent.endswith(" = a sum")
+
+
+def test_what_the_book_notices_is_counted_and_told_apart(tmp_path):
+    lines = [f"code.py: `return ` -> `return {i} * `" for i in range(2, 6)]
+    mutants = planted(tmp_path, *lines)
+    said = dict(zip([m.name for m in mutants], [BY_BOOK, BY_DRAWS, BY_BOOK, "caught"], strict=True))
+    text, share = table(mutants, said)
+    assert share == 1
+    assert text.splitlines()[-2:] == [f"{BY_BOOK:16s}       2", f"{BY_DRAWS:16s}       1"]
+
+
+def test_the_book_is_asked_of_notebooks_alone_and_never_for_a_key(tmp_path):
+    [code] = planted(tmp_path, "code.py: `return ` -> `return 2 * `")
+    assert not list(further(code))
+    names, tests = zip(*further(replace(code, file="book/walls.ipynb")), strict=True)
+    assert names == (BY_BOOK, BY_BOOK, BY_DRAWS)
+    assert all("walls" in " ".join(words) and "of_this_code" not in words for words in tests)
 
 
 def test_compiled_code_is_that_of_its_module():

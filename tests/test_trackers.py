@@ -67,7 +67,7 @@ def parts(value: Any) -> Iterator[Any]:
 
 def test_the_rooms_have_trackers():
     assert {room_of(f"robot_perception.{name}") for name in TRACKERS} == {
-        "appearance", "arms", "ceiling", "companion", "people", "slam", "walls"
+        "appearance", "arms", "ceiling", "companion", "day", "people", "slam", "walls"
     }  # fmt: skip
     assert len(TRACKERS) > 15
 

@@ -28,7 +28,17 @@ from data_synth.companion.hands import SPAN as HAND_SPAN
 from data_synth.companion.walking import HIGH, Arm, Clothes, body_sprite, make_clothes
 from data_synth.companion.walks import person_box
 
-__all__ = ["Order", "Sight", "Stance", "Visit", "Visitor", "make_visit", "make_visitor", "see"]
+__all__ = [
+    "Order",
+    "Sight",
+    "Stance",
+    "Visit",
+    "Visitor",
+    "lay_people",
+    "make_visit",
+    "make_visitor",
+    "see",
+]
 
 START = (4.0, 5.0, 0.0)
 """Pose of the robot at first: x, y (m) and heading (rad)."""
@@ -175,7 +185,6 @@ def see(
     instance("hall", hall, Hall)
     instance("camera", camera, RobotCamera)
     generator(rng)
-    x, y, heading = array("pose", pose, (3,))
     phase, light = number("phase", phase), number("light", light, 0.05, 4.0)
     if not isinstance(people, tuple | list):
         raise TypeError(f"people must be a list of pairs, got {type(people).__name__}")
@@ -183,6 +192,35 @@ def see(
         if len(instance("people", pair, tuple)) != 2:
             raise ValueError(f"people must be pairs of a visitor and a stance, got {pair}")
     canvas = hall.view(pose, camera) * np.float32(light)
+    found = lay_people(canvas, camera, pose, people, rng=rng, phase=phase, light=light)
+    return Sight(photograph(canvas, rng=rng), *found)
+
+
+def lay_people(
+    canvas: np.ndarray,
+    camera: RobotCamera,
+    pose: np.ndarray,
+    people: Sequence[tuple[Visitor, Stance]],
+    *,
+    rng: np.random.Generator,
+    phase: float = 0.0,
+    light: float = 1.0,
+) -> np.ndarray:
+    """Lay people over what else a robot sees, in place, the farthest first.
+
+    Parameters
+    ----------
+    canvas : (rows, columns, 3)
+        Light that reaches the camera, red, green and blue.
+    camera, pose, people, rng, phase, light
+        As of `see`.
+
+    Returns
+    -------
+    (3, k, 4)
+        Boxes of each person's trunk, face and raised hand, px; not a number where there is none.
+    """
+    x, y, heading = array("pose", pose, (3,))
     found = np.full((3, len(people), 4), np.nan)
     places = []
     for visitor, stance in people:
@@ -201,7 +239,7 @@ def see(
         ahead, left, _ = places[k]
         if ahead > 0.6 and abs(left) < 1.2 * ahead:
             found[:, k] = _person(canvas, camera, *people[k], places[k], phase + k, light, looks)
-    return Sight(photograph(canvas, rng=rng), *found)
+    return found
 
 
 def _person(

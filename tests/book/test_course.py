@@ -8,7 +8,9 @@ import pytest
 from robot_perception.teaching.course.copies import asked, copied
 from robot_perception.teaching.course.weeks import (
     CLASS_MINUTES,
-    MOST_BEFORE,
+    MOST,
+    Week,
+    doubted,
     exercise,
     overview,
     question,
@@ -52,30 +54,32 @@ def test_there_are_twelve_weeks_and_the_page_tells_of_each():
     assert len(WEEKS) == 12
     assert re.findall(r"^## Week (\d+): \w", PAGE, re.M) == [str(n) for n in range(1, 13)]
     assert re.findall(r"^week\((\d+), book\)$", PAGE, re.M) == [str(n) for n in range(1, 13)]
-    assert PAGE.count("**What to expect.**") == 12
+    assert PAGE.count("**In class.**") == 12
 
 
 @pytest.mark.parametrize("one", NUMBERED)
 def test_a_week_fits_a_class_and_an_afternoon(one):
     assert sum(one.minutes.values()) == CLASS_MINUTES
-    assert 0 < one.before(CONTENTS) <= MOST_BEFORE
+    assert 0 < one.before(CONTENTS) <= one.before(CONTENTS) + one.later(CONTENTS) <= MOST
 
 
 @pytest.mark.parametrize("one", NUMBERED[:-PROJECT])
 def test_a_week_bets_changes_and_hands_in_what_it_has_read(one):
     pages = CONTENTS.pages
     stem, name = one.bet.split(".")
-    assert stem in one.read
+    assert stem in one.after, "a bet is worth nothing once its page was read"
     assert question(pages[stem], name).endswith("?")
     stem, name = one.study.split(".")
-    assert stem in one.read
+    assert stem in (*one.read, *one.after)
     assert all(tried(pages[stem], name))
-    assert {exercise(CONTENTS, key)[0].stem for key in one.hand_in} <= set(one.read)
+    assert {exercise(CONTENTS, key)[0].stem for key in one.hand_in} <= {*one.read, *one.after}
     assert one.hand_in
+    assert one.sceptic in (*one.read, *one.after) or one.sceptic.endswith("?")
+    assert doubted(CONTENTS, one)
 
 
 def test_every_chapter_is_read_once_and_after_what_it_needs():
-    order = [stem for one in WEEKS for stem in one.read]
+    order = [stem for one in WEEKS for stem in (*one.read, *one.after)]
     chapters = [page.stem for page in CONTENTS.chapters]
     assert sorted(stem for stem in order if stem in chapters) == sorted(chapters)
     late = {
@@ -87,6 +91,20 @@ def test_every_chapter_is_read_once_and_after_what_it_needs():
     assert not late
 
 
+def test_a_sceptic_asks_for_sentences():
+    wrong = Week(read=("one_belief",), sceptic="one_belief")
+    with pytest.raises(ValueError, match="asks for no answer in sentences"):
+        doubted(CONTENTS, wrong)
+    assert "For the sceptic" in doubted(CONTENTS, Week(read=(), sceptic="monobot"))
+
+
+def test_the_page_reports_no_classes_that_nobody_held():
+    assert not re.search(
+        r"\b(?:students|pairs|classes|most) (?:usually|tend|expect|will)\b", PAGE, re.I
+    )
+    assert not re.search(r"\bbet (?:usually|divides|often)\b", PAGE)
+
+
 def test_the_last_weeks_are_a_project():
     assert all(not one.bet and not one.hand_in for one in WEEKS[-PROJECT:])
     assert "your_own_data" in WEEKS[-PROJECT].read
@@ -96,7 +114,7 @@ def test_the_last_weeks_are_a_project():
 def test_a_week_says_and_links_all_of_it(number):
     shown = week(number, CONTENTS).bundle["text/html"]
     one = WEEKS[number - 1]
-    assert all(CONTENTS.pages[stem].title.split("'")[0] in shown for stem in one.read)
+    assert all(CONTENTS.pages[s].title.split("'")[0] in shown for s in (*one.read, *one.after))
     assert all(f"<code>{key}</code>" in shown for key in one.hand_in)
 
 

@@ -6,7 +6,9 @@ the front page, the scorecard and a few pages that the commit draws are visited,
 count as sound as they were first built. ``make test-all`` visits all.
 """
 
+import fcntl
 import hashlib
+import os
 import re
 import subprocess
 from collections.abc import Collection, Iterable
@@ -18,6 +20,8 @@ ROOT = Path(__file__).parents[2]
 VISITS = "tests/site/test_pages.py::test_page"
 DRAWN = 6
 """Pages that the commit draws, whatever has changed."""
+RUN = os.environ.get("PYTEST_XDIST_TESTRUNUID", f"process {os.getpid()}")
+"""The run of tests, one word for all its workers: they must choose the same visits."""
 _NAMED = re.compile(r"\[(?P<page>.+)\]$")
 
 
@@ -30,15 +34,29 @@ class Sound:
         The built site.
     folder
         Where they are kept.
+    run
+        The run of tests that asks; its workers ask at the same time.
     """
 
-    def __init__(self, site: Path, folder: Path) -> None:
-        self._site, self._folder = site, folder
+    def __init__(self, site: Path, folder: Path, run: str = RUN) -> None:
+        self._site, self._folder, self._run = site, folder, run
 
-    @property
-    def is_new(self) -> bool:
-        """Whether nothing is kept: the clone is new, or the build was removed."""
-        return not self._folder.is_dir()
+    def begin(self, visits: Iterable[str]) -> bool:
+        """Tell whether nothing was kept before this run; then count all visits as sound.
+
+        Nothing is kept where the clone is new, or the build was removed. The worker that comes
+        first begins, under a lock; another one of its run is told the same.
+        """
+        self._folder.parent.mkdir(parents=True, exist_ok=True)
+        begun = self._folder / "begun"
+        with self._folder.with_name(f"{self._folder.name}.lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if not self._folder.is_dir():
+                self._folder.mkdir()
+                for visit in visits:
+                    self.note(visit)
+                begun.write_text(self._run, encoding="utf-8")
+            return begun.exists() and begun.read_text("utf-8") == self._run
 
     def note(self, visit: str) -> None:
         """Keep that a visit found its page sound."""
@@ -98,11 +116,10 @@ def chosen(
     word
         By which pages are drawn.
     """
+    visits = list(visits)
     drawn = {*always, *Random(word).sample(sorted(pages), min(DRAWN, len(pages)))}
-    if sound.is_new:
-        for visit in visits:
-            sound.note(visit)
-    return [v for v in visits if page_of(v) in drawn or not sound.knows(v)]
+    is_new = sound.begin(visits)
+    return [v for v in visits if page_of(v) in drawn or not (is_new or sound.knows(v))]
 
 
 def commit() -> str:

@@ -45,6 +45,28 @@ FAILED = """
   return texts.filter((text) => /Traceback|^ *\\w*Error:/m.test(text)).join("\\n\\n");
 }
 """
+CELL = """
+(text) => {
+  const { content } = jupyterapp.shell.currentWidget;
+  const found = content.widgets.map((cell) => cell.model.sharedModel.getSource().includes(text));
+  if (found.filter(Boolean).length !== 1) throw new Error(`not one cell has ${text}`);
+  return found.indexOf(true);
+}
+"""
+OUTPUTS = """
+(number) => {
+  const { outputs } = jupyterapp.shell.currentWidget.content.widgets[number].model;
+  return outputs.toJSON().map((output) => output.data);  // counts of execution always differ
+}
+"""
+EDIT = """
+([number, old, replacement]) => {
+  const { content } = jupyterapp.shell.currentWidget;
+  const { sharedModel } = content.widgets[number].model;
+  sharedModel.setSource(sharedModel.getSource().replace(old, () => replacement));
+  content.activeCellIndex = number;
+}
+"""
 START_S = 120
 RUN_S = 600
 
@@ -97,7 +119,25 @@ class Lab:
         RuntimeError
             If a cell fails; the message holds what the notebook shows.
         """
-        self.command(page, "notebook:run-all-cells")
+        self._run(page, notebook, "notebook:run-all-cells")
+
+    def edit(self, page: Page, notebook: str, old: str, new: str) -> None:
+        """Type a text in place of another, which one cell has; run this cell and all below.
+
+        Raises
+        ------
+        RuntimeError
+            If a cell fails; the message holds what the notebook shows.
+        """
+        page.evaluate(EDIT, [page.evaluate(CELL, old), old, new])
+        self._run(page, notebook, "notebook:run-all-below")
+
+    def outputs(self, page: Page, text: str) -> str:
+        """Return what the one cell with a text shows, as JSON."""
+        return json.dumps(page.evaluate(OUTPUTS, page.evaluate(CELL, text)), sort_keys=True)
+
+    def _run(self, page: Page, notebook: str, command: str) -> None:
+        self.command(page, command)
         page.wait_for_selector(IDLE, timeout=RUN_S * 1000)
         if failed := page.evaluate(FAILED):
             raise RuntimeError(f"{notebook} fails in JupyterLab:\n{failed}")

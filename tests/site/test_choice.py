@@ -1,5 +1,6 @@
 """Pages that changed are visited, and no others but those that are drawn."""
 
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -20,7 +21,12 @@ def sound(tmp_path: Path) -> Sound:
     for page in PAGES:
         (tmp_path / f"{page}.html").write_text(page)
     choice._shared.cache_clear()
-    return Sound(tmp_path, tmp_path / "visited")
+    return at(tmp_path)
+
+
+def at(site: Path, run: str = "first") -> Sound:
+    """Return what is kept beside a site, as a run of tests meets it."""
+    return Sound(site, site / "visited", run)
 
 
 def visited(sound: Sound, word: str) -> set[str]:
@@ -43,6 +49,7 @@ def test_a_page_that_changed_is_visited_until_it_is_found_sound(
 ) -> None:
     """A visit that failed is made again, of an unchanged page, too."""
     drawn = visited(sound, "a")
+    sound = at(tmp_path, "second")
     changed = next(page for page in PAGES if page not in drawn)
     visits = [visit for visit in ALL if page_of(visit) == changed]
     (tmp_path / f"{changed}.html").write_text("other words")
@@ -59,6 +66,24 @@ def test_a_page_that_changed_is_visited_until_it_is_found_sound(
 def test_a_script_of_all_pages_changes_all(sound: Sound, tmp_path: Path) -> None:
     """What all pages share is part of each."""
     assert visited(sound, "a") != set(PAGES)
+    sound = at(tmp_path, "second")
     (tmp_path / "_static" / "book.js").write_text("stand()")
     choice._shared.cache_clear()
     assert visited(sound, "a") == set(PAGES)
+
+
+def test_workers_of_a_run_choose_the_same_visits(tmp_path: Path, sound: Sound) -> None:
+    """However far apart they come: a second worker asks while the first still notes, or later."""
+    with ThreadPoolExecutor(8) as workers:
+        made = set(workers.map(lambda _: frozenset(visited(at(tmp_path), "a")), range(24)))
+    assert made == {frozenset(visited(sound, "a"))}
+    assert len(*made) <= choice.DRAWN + 1
+
+
+def test_a_second_run_is_not_new(tmp_path: Path, sound: Sound) -> None:
+    """What was not seen sound since is visited by the next run, whose workers agree, too."""
+    drawn = visited(sound, "a")
+    changed = next(page for page in PAGES if page not in drawn)
+    (tmp_path / f"{changed}.html").write_text("other words")
+    for _ in range(2):
+        assert visited(at(tmp_path, "second"), "a") == drawn | {changed}

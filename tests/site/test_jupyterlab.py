@@ -10,6 +10,7 @@ import pytest
 from nbconvert import HTMLExporter
 from playwright.sync_api import Browser, Page, expect
 
+from tests.book.test_edits import EDITS, MODEL, NOW
 from tests.site.conftest import Visit
 from tests.site.contents import BOOK, NOTEBOOKS
 from tests.site.driver import drivers
@@ -121,7 +122,11 @@ def test_notebooks_are_chosen_by_name() -> None:
 def test_explorers_survive_run_all_cells(
     name: str, site: Path, lab: Lab, visit: Visit, count: Callable[[str, int], None]
 ) -> None:
-    """Every explorer of a chapter that was run as a whole has its picture, and moves."""
+    """Every explorer of a chapter that was run as a whole has its picture, and moves.
+
+    Then one number of a study cell is changed as a reader would: nothing fails from there on,
+    and what the chapter shows is another picture.
+    """
     lab.open(visit.page, f"{name}.ipynb")
     lab.run_all(visit.page, name)
     expected = (site / f"{name}.html").read_text("utf-8").count('<div class="explorer"')
@@ -137,6 +142,12 @@ def test_explorers_survive_run_all_cells(
     count("explorers alive after Run All Cells", len(found))
     count("requests to other hosts", len(visit.strangers))
     assert not visit.strangers
+    if edit := EDITS.get(name):
+        place = f'later("{named[1]}"' if (named := NOW.match(edit.shown)) else edit.shown
+        before = lab.outputs(visit.page, place)
+        assert before != "[]"
+        lab.edit(visit.page, name, edit.old, edit.new)
+        assert MODEL.sub("", lab.outputs(visit.page, place)) != MODEL.sub("", before)
 
 
 def test_a_busy_kernel_answers_when_it_is_free(lab: Lab, visit: Visit) -> None:

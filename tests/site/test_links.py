@@ -54,6 +54,13 @@ def test_every_link_has_its_target(site: Path) -> None:
     assert not wrong, "\n".join(wrong)
 
 
+def test_no_page_of_the_library_shows_an_address_in_memory(site: Path) -> None:
+    """A function in a signature would be at another one at each build."""
+    pages = [*(site / "library").glob("*.html")]
+    assert pages
+    assert not [page.name for page in pages if re.search(r"at 0x[0-9a-f]", page.read_text("utf-8"))]
+
+
 def test_links_without_a_target_are_named(tmp_path: Path) -> None:
     one, two = tmp_path / "one.html", tmp_path / "two.html"
     good = '<p id="a"></p><a href="#a"></a><a href="two.html#b%20c"></a><a href="https://a.b#c">'

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from robot_perception.beliefs import Gaussian, ParticleSet
-from robot_perception.geometry import act, compose, inverse, se3
+from robot_perception.geometry import act, compose, inverse, se3, wrap_angle
 from robot_perception.observations import Observations
 from robot_perception.slam import rao_blackwellised as rb
 from robot_perception.slam.localisation import (
@@ -463,6 +463,31 @@ def test_clusters_are_heaps_of_weight(rng):
         off[2] = (off[2] + np.pi) % (2 * np.pi) - np.pi
         np.testing.assert_allclose(off, 0, atol=0.03)
         np.testing.assert_allclose(one.cov, 0.01 * np.eye(3), atol=0.003)
+
+
+@pytest.mark.parametrize("turn", [0.5, np.pi - 0.05, np.pi, -np.pi / 2])
+def test_clusters_turn_with_the_headings(turn, rng):
+    """Where the circle is cut does not matter: a heap that looks backwards is one heap, as wide."""
+    heaps = [rng.normal([0, 0, 0], [0.3, 0.3, 0.1], (300, 3)) for _ in range(2)]
+    heaps[1] += [8, 0, 0.02]
+    poses, logs = np.concatenate(heaps), np.log(rng.uniform(0.5, 1, 600))
+    turned = np.column_stack([poses[:, :2], wrap_angle(poses[:, 2] + turn)])
+    before, after = (clusters(ParticleSet(p, logs), near=(1.5, 0.6)) for p in (poses, turned))
+    assert len(before) == len(after) == 2
+    for one, other in zip(before, after, strict=True):
+        assert other.share == pytest.approx(one.share)
+        off = other.pose - one.pose - [0, 0, turn]
+        np.testing.assert_allclose([*off[:2], wrap_angle(off[2])], 0, atol=1e-9)
+        np.testing.assert_allclose(other.cov, one.cov, atol=1e-9)
+
+
+def test_opposite_headings_in_one_place_are_two_clusters(rng):
+    """Halves that look two ways have no mean between them that anybody believes."""
+    poses = rng.normal([0.25, 0.25, 0.8], [0.02, 0.02, 0.05], (400, 3))
+    poses[200:, 2] -= 3.1
+    found = clusters(ParticleSet(poses, np.zeros(400)), near=(1.0, 0.5))
+    assert [round(one.share, 2) for one in found] == [0.5, 0.5]
+    assert sorted(round(one.pose[2], 1) for one in found) == [-2.3, 0.8]
 
 
 def test_the_map_is_that_of_the_heaviest_particle(rng):

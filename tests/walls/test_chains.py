@@ -334,6 +334,7 @@ def test_spiral_and_star_cost_n_log_n_steps():
             assert count_hull_steps(chain, 1e-9) < 8 * n * np.log2(n)
 
 
+@pytest.mark.slow
 def test_shapely_ends_before_a_hundred_thousand_vertices_of_the_worst_line():
     """What the chapter says of the package: its recursion leaves no stack, and the process ends."""
     pytest.importorskip("shapely")

@@ -22,13 +22,33 @@ from joblib import Parallel, delayed
 from tqdm import tqdm
 
 from robot_perception.project import BOOK
+from tests.book.changed import CHANGED
 from tests.tools.mutants import NOTEBOOK, ROOT, Mutant, read, rooms
 
 SHARE = 0.95
 """Of the errors that are not equivalent to the code, so many must be caught."""
 
-CAUGHT = ("caught", "did not import", "did not collect", "crashed", "hung")
+BY_BOOK, BY_DRAWS = "caught by book", "caught by draws"
+CAUGHT = ("caught", "did not import", "did not collect", "crashed", "hung", BY_BOOK, BY_DRAWS)
+FURTHER = 600
+"""Seconds of the processor that the book's own tests of a chapter may take."""
 Result = tuple[Mutant, str, float, str]
+
+
+def further(mutant: Mutant) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """Yield what else notices an error in a notebook, and what it is called.
+
+    First what the book's own tests compute anew: claims, states of explorers, cheap trials, and
+    the outputs that the notebook keeps. Not that a key is another one, for it is so after every
+    change. Then trials of studies whose key
+    is another one, dear ones, too: as ``store --keys`` draws them before such a change is kept.
+    """
+    if (file := Path(mutant.file)).suffix == NOTEBOOK:
+        own = f"({file.stem} and (give_what or states_say))"
+        tests = (f"tests/book/test_{name}.py" for name in ("rows", "claims", "explorers"))
+        yield BY_BOOK, (*tests, "-k", f"{own} or record_says or each_sabotage")
+        yield BY_BOOK, ("--nbval-lax", mutant.file)
+        yield BY_DRAWS, ("tests/book/test_rows.py", "-m", "", "-k", f"{file.stem} and give_what")
 
 
 class Copy:
@@ -48,6 +68,7 @@ class Copy:
             "PYTHONPATH": f"{tree / 'lib'}{os.pathsep}{tree}",
             "PYTHONDONTWRITEBYTECODE": "",
             "NUMBA_CACHE_DIR": "",  # compiled code belongs to its copy
+            CHANGED: "only",
         }
         self.server = subprocess.Popen(
             [sys.executable, "-P", str(Path(__file__).with_name("server.py"))],
@@ -81,9 +102,15 @@ class Copy:
             with self._planted(mutant):
                 module = _module(self.tree / mutant.file, self.tree)
                 found = self.run(tests, first, limit=limit, module=module)
+                said = verdict(found["code"], found.get("imports", True))
+                for name, others in further(mutant) if said == "escaped" else ():
+                    found = self.run(others, limit=FURTHER, module=module)
+                    if verdict(found["code"], found.get("imports", True)) in CAUGHT:
+                        said = name
+                        break
             failed = found.get("failed", [])
-            first = [*failed, *(test for test in first if test not in failed)]
-            said = verdict(found["code"], found.get("imports", True))
+            if said not in (BY_BOOK, BY_DRAWS):
+                first = [*failed, *(test for test in first if test not in failed)]
             why = found["output"][-300:] if said != "escaped" else ""
             yield mutant, said, found["time"], failed[0] if failed else why
 
@@ -159,6 +186,9 @@ def table(every: list[Mutant], verdicts: dict[str, str]) -> tuple[str, float]:
             f"{len(own):7d}  {caught:7d}  {len(tried) - caught:7d}  {len(own) - len(tried):10d}"
         )
         lines.append(f"{room:16s} {counts}  {share:7.1%}")
+    for way in (BY_BOOK, BY_DRAWS):
+        if number := sum(said == way for said in verdicts.values()):
+            lines.append(f"{way:16s} {number:7d}")
     for mutant in every:
         if mutant.reason:
             lines.append(f"equivalent  {mutant} = {mutant.reason}")

@@ -20,9 +20,9 @@ import pytest
 FOREIGN = """IPython.display PIL.Image beartype cv2 filterpy.kalman grimp hypothesis.extra.numpy
 ipywidgets joblib jupyter_client matplotlib.pyplot nbclient numba numpy pooch scipy.linalg
 scipy.ndimage scipy.optimize scipy.spatial scipy.stats sphinx.application sympy"""
-UNUSED = ("cacheprovider", "nbval", "anyio")  # to import nbval takes longer than most tests
+NBVAL = "-pno:nbval"  # to import it takes longer than most tests
 PYTEST = ["-xq", "--tb=line", "-rfE", "--hypothesis-seed=0", "-m", "not slow"]
-PYTEST += ["--hypothesis-profile=planted", *(f"-pno:{name}" for name in UNUSED)]
+PYTEST += ["--hypothesis-profile=planted", "-pno:cacheprovider", "-pno:anyio"]
 
 
 class Order:
@@ -65,7 +65,10 @@ def run(asked: dict[str, Any], folder: Path) -> int:
         os.dup2(os.open(folder / "output", os.O_CREAT | os.O_WRONLY | os.O_APPEND), stream)
     os.environ["HYPOTHESIS_STORAGE_DIRECTORY"] = str(folder)
     order = Order(asked["first"])
-    code = pytest.main([*PYTEST, f"--basetemp={folder / 'tests'}", *asked["tests"]], [order])
+    words = [*PYTEST, f"--basetemp={folder / 'tests'}", *asked["tests"]]
+    if not any(word.endswith(".ipynb") for word in asked["tests"]):
+        words.append(NBVAL)
+    code = pytest.main(words, [order])
     imports = True
     if code > 1:
         try:
