@@ -543,7 +543,8 @@ def test_keys_are_renewed_without_touching_what_is_stored(run, monkeypatch):
 @pytest.fixture
 def short_day(monkeypatch):
     """A day of two moments, in which the second act fails."""
-    from robot_perception.cli import day_acts, day_report
+    from robot_perception.chapters.companion_day import acts as day_acts
+    from robot_perception.cli import day_report
     from robot_perception.day.robot import DayInfo, DayState
 
     class Short:

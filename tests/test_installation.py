@@ -25,7 +25,6 @@ EXTRAS = {
     "robot_perception.arms": "vision",
     "robot_perception.companion": "vision",
     "robot_perception.day": "vision",
-    "robot_perception.cli.day_acts": "book",
     "robot_perception.cli.day_report": "book",
     "data_synth.ceiling": "vision",
     "data_synth.coloured": "vision",

@@ -247,7 +247,7 @@ def guided_tour(
         rng=rng,
         starts=np.array(starts).clip(0.4, building.office.exits[1]),
     )
-    return Act(building, tuple(people[:3]), world, {}, 70.0)
+    return Act(building, tuple(people[:3]), world, {}, 90.0)
 
 
 def clear_the_way(act: Act) -> None:

@@ -44,6 +44,7 @@ CHAPTERS = (
     "arm_tracking",
     "one_world",
     "exchanged_parts",
+    "companion_day",
 )
 """Stems of the chapters, in the order of the book."""
 

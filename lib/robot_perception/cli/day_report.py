@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from tqdm import tqdm
 
-from robot_perception.cli.day_acts import ACTS, TICK, Day, Moment, Outcome
+from robot_perception.chapters.companion_day.acts import ACTS, TICK, Day, Moment, Outcome
 from robot_perception.geometry import se2
 from studies.sweep import sweep
 

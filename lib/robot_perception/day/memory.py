@@ -11,7 +11,7 @@ from jaxtyping import Float
 
 from robot_perception import checks
 from robot_perception.ceiling.mapping import MapState
-from robot_perception.ceiling.mosaic import Mosaic, adjust, pieces
+from robot_perception.ceiling.mosaic import Mosaic, NoCommonPattern, adjust, pieces
 from robot_perception.ceiling.patterns import Pattern
 from robot_perception.ceiling.visual_memory import KeyImage, KeyRules, choose_key_images
 from robot_perception.evaluation.trajectories import align
@@ -122,16 +122,20 @@ class Memory:
 
         Raises
         ------
+        NoCommonPattern
+            If the pictures between have too few patterns in common.
         ValueError
-            If the last is not later than the first, or the pictures between have no pattern in
-            common.
+            If the last is not later than the first.
         """
         first, last = checks.whole("first", first), checks.whole("last", last)
         checks.instance("rules", rules, KeyRules)
         if not 0 <= first < last < len(self.sightings):
             raise ValueError(f"last must come after first {first} on the way, got {last}")
         part = self.sightings[first : last + 1]
-        return [KeyImage(part[k]) for k in choose_key_images(part, rules)]
+        try:
+            return [KeyImage(part[k]) for k in choose_key_images(part, rules)]
+        except ValueError as gap:
+            raise NoCommonPattern(f"the way from {first} to {last} has a gap: {gap}") from gap
 
 
 def remember(lesson: Lesson, maps: VisualMaps, above: MapState, walls: WallMap) -> Memory:

@@ -20,9 +20,10 @@ Where wheels and another system tell the pose, covariance intersection (002) joi
 their errors may have anything in common.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import product
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -34,7 +35,7 @@ from robot_perception.beliefs import Gaussian
 from robot_perception.cameras import StereoRig
 from robot_perception.ceiling.mapping import Mapper, MapState
 from robot_perception.ceiling.mosaic import NoCommonPattern
-from robot_perception.ceiling.navigator import Navigator, ReplayState
+from robot_perception.ceiling.navigator import Navigator, ReplayInfo, ReplayState
 from robot_perception.ceiling.visual_memory import KeyRules, ServoRules
 from robot_perception.companion.robot import CompanionRobot
 from robot_perception.companion.robot import RobotState as CompanionState
@@ -168,7 +169,7 @@ class DayState:
     target
         The place to which it was sent.
     halted
-        In how many pictures in a row the interaction has stood still after it followed.
+        In how many pictures the tutor has been there since the following was ended.
     scan
         The last one while it guides, m.
     heading, then
@@ -297,6 +298,45 @@ class DayRobot:
         return replace(
             state, task="find", whereabouts=begun, sure=0, moved=_none(), command=(0.3, 0.0)
         )
+
+    def put(
+        self, state: DayState, task: Task, pose: Float[np.ndarray, "3"], place: str = ""
+    ) -> tuple[DayState, DayInfo]:
+        """Return the state after somebody has put the robot at a pose, and told it where that is.
+
+        Parameters
+        ----------
+        state
+            Before it, with a memory.
+        task
+            What it is to do there: ``"ceiling"``, ``"guide"``, ``"attend"``, ``"watch"`` or
+            ``"return"``.
+        pose : (3,)
+            In its map, m and rad.
+        place
+            Where ``"ceiling"`` and ``"return"`` lead, and where ``"guide"`` begins: a name.
+
+        Raises
+        ------
+        ValueError
+            If it has learned nothing yet, or the task begins elsewhere.
+        """
+        if checks.instance("state", state, DayState).memory is None:
+            raise ValueError("state must have a memory, got none")
+        checks.one_of("task", task, ("ceiling", "guide", "attend", "watch", "return"))
+        mean = checks.vector("pose", pose, 3)
+        clean = DayState(task, state.time, Gaussian(mean, _BESIDE), memory=state.memory)
+        if task in ("ceiling", "return"):
+            return self._sent(clean, task, place)
+        if task == "guide":
+            end = min(state.memory.passes(place), key=lambda k: self._away(clean, k))
+            return self._guiding(replace(clean, end=end)), DayInfo()
+        return replace(clean, companion=self.companion.start()), DayInfo()
+
+    @staticmethod
+    def _away(state: DayState, picture: int) -> float:
+        """Return how far from the robot a picture of the way was taken, m."""
+        return float(np.hypot(*(state.memory.poses[picture] - state.pose.mean)[:2]))
 
     def step(
         self, state: DayState, reading: Reading, *, rng: np.random.Generator
@@ -449,25 +489,55 @@ class DayRobot:
             here = memory.nearest(state.pose.mean + np.array([0.0, 0.0, turned]), _ALIKE)
             if here is not None:
                 ways += [(end - here, here, end) for end in memory.passes(place) if end > here]
-        if not ways:
+        found = self._way(memory, sorted(ways))
+        if found is None:
             return replace(state, task="wait", command=(0.0, 0.0)), DayInfo(say="no way there")
-        _, here, end = min(ways)
-        route = memory.route(here, end, self.keys)
-        navigator = Navigator(
-            route,
-            memory.patterns,
-            memory.mosaic,
-            self.mapper.centre,
-            self.mapper.scale,
-            self.servo,
-            self.mapper.rules,
-            correction=self.mapper.correction,
-        )
-        off = wrap_angle(memory.poses[here, 2] - state.pose.mean[2])
+        here, end, navigator = found
         sent = replace(state, task=task, navigator=navigator, replay=None, end=end, target=place)
-        if abs(off) > _ALIKE:  # it turns first, by its wheels
-            return replace(sent, task="turn"), DayInfo((0.0, float(np.sign(off)) * 0.6))
+        ahead = float(memory.poses[here, 2])
+        if abs(wrap_angle(ahead - state.pose.mean[2])) > _ALIKE:  # it turns first, by its wheels
+            return replace(sent, task="turn", heading=ahead, then=task), DayInfo(say=f"to {place}")
         return replace(sent, command=(0.0, 0.0)), DayInfo(say=f"to {place}")
+
+    def _way(
+        self, memory: Memory, ways: Sequence[tuple[int, int, int]]
+    ) -> tuple[int, int, Navigator] | None:
+        """Return the first way that has key images: its ends, and what drives it; or nothing."""
+        narrow = replace(self.keys, common=1)  # across a bare stretch of the ceiling
+        for rules, (_, here, end) in product((self.keys, narrow), ways):
+            try:
+                route = memory.route(here, end, rules)
+            except NoCommonPattern:
+                continue
+            navigator = Navigator(
+                route,
+                memory.patterns,
+                memory.mosaic,
+                self.mapper.centre,
+                self.mapper.scale,
+                self.servo,
+                self.mapper.rules,
+                correction=self.mapper.correction,
+            )
+            return here, end, navigator
+        return None
+
+    def _overhead(
+        self, state: DayState, image: np.ndarray, rng: np.random.Generator
+    ) -> tuple[DayState, ReplayInfo | None]:
+        """Return the state with its pose by the ceiling, too, and what was seen, if anything."""
+        replay = state.replay
+        if replay is None:
+            try:
+                replay = state.navigator.start(image, rng=rng)
+            except NoCommonPattern:
+                return state, None
+        replay, info = state.navigator.step(replay, image, rng=rng)
+        state = replace(state, replay=replay)
+        if info.sightings:
+            fix = Gaussian(se2.compose(state.memory.onto, replay.pose), _BESIDE)
+            state = replace(state, pose=self._joined(state.pose, fix))
+        return state, info
 
     def _below(
         self, state: DayState, reading: Reading, rng: np.random.Generator
@@ -475,19 +545,12 @@ class DayRobot:
         """Drive from key image to key image."""
         if reading.sensor != "overhead" or "ceiling" in self.without:
             return state, DayInfo(state.command)
-        replay = state.replay
-        if replay is None:
-            try:
-                replay = state.navigator.start(reading.value, rng=rng)
-            except NoCommonPattern:
-                return self._arrived(state, "lost")
-        replay, info = state.navigator.step(replay, reading.value, rng=rng)
-        state = replace(state, replay=replay, command=info.command)
-        if info.sightings:
-            fix = Gaussian(se2.compose(state.memory.onto, replay.pose), _BESIDE)
-            state = replace(state, pose=self._joined(state.pose, fix))
+        state, info = self._overhead(state, reading.value, rng)
+        if info is None:
+            return self._arrived(state, "lost")
+        state = replace(state, command=info.command)
         if info.status == "driving":
-            return state, DayInfo(info.command, told={"key": replay.key})
+            return state, DayInfo(info.command, told={"key": state.replay.key})
         return self._arrived(state, info.status)
 
     def _joined(self, pose: Gaussian, fix: Gaussian) -> Gaussian:
@@ -504,9 +567,7 @@ class DayRobot:
             return replace(state, task="wait", command=(0.0, 0.0)), DayInfo(say="lost")
         after: Task = "guide" if state.task == "ceiling" else "wait"
         state = replace(state, task=after, command=(0.0, 0.0))
-        if after == "guide":
-            state = replace(state, people=self.guide.start(state.pose.mean))
-        return state, DayInfo(say="here")
+        return self._guiding(state) if after == "guide" else state, DayInfo(say="here")
 
     def _pursued(self, state: DayState) -> tuple[DayState, DayInfo]:
         """Follow the way by the pose alone."""
@@ -530,18 +591,41 @@ class DayRobot:
         checks.instance("state", state, DayState)
         if state.memory is None or state.end is None:
             raise ValueError("state must have a memory and an end, got none")
-        memory = state.memory
-        ends = memory.passes(self.errands["guide"])
-        start = memory.nearest(memory.poses[state.end], 0.1)
-        way = memory.poses[start : max(ends) + 1, :2]
+        first, last = self._tour(state)
+        way = state.memory.poses[first : last + 1, :2]
         gone = np.r_[0.0, np.hypot(*np.diff(way, axis=0).T).cumsum()]
         return way[np.searchsorted(gone, np.arange(0.0, gone[-1] + 1e-9, _SPACING))]
+
+    def _tour(self, state: DayState) -> tuple[int, int]:
+        """Return the first and the last picture of the way of a guide."""
+        memory = state.memory
+        first = memory.nearest(memory.poses[state.end], 0.1)
+        return first, max(memory.passes(self.errands["guide"]))
+
+    def _guiding(self, state: DayState) -> DayState:
+        """Return the state in which the robot guides a visitor from where it is."""
+        return self._below_way(replace(state, people=self.guide.start(state.pose.mean)))
+
+    def _below_way(self, state: DayState) -> DayState:
+        """Return the state in which the ceiling of the rest of the guide's way is looked for."""
+        first, last = self._tour(state)
+        here = state.memory.nearest(state.pose.mean, _ALIKE)
+        here = first if here is None else min(max(here, first), last - 1)
+        found = self._way(state.memory, [(last - here, here, last)])
+        return replace(state, navigator=None if found is None else found[2], replay=None)
 
     def _among(
         self, state: DayState, reading: Reading, rng: np.random.Generator
     ) -> tuple[DayState, DayInfo]:
         """Take what a sensor says of people to the committee."""
         pose, found, skin = state.pose.mean, None, state.skin
+        if reading.sensor == "overhead" and "ceiling" not in self.without:
+            info = None
+            if state.navigator is not None:
+                state, info = self._overhead(state, reading.value, rng)
+            if info is None or info.status == "lost":
+                state = self._below_way(state)
+            return state, DayInfo(state.command)
         if reading.sensor == "laser" and "laser" not in self.without:
             state = replace(state, scan=reading.value)
             found = Detections(reading.time, "laser", legs.detect(reading.value, self.angles))
@@ -595,7 +679,8 @@ class DayRobot:
         if reading.sensor != "ahead":
             return state, DayInfo(state.command)
         companion, info = self.companion.step(state.companion, reading.value, rng=rng)
-        halted = state.halted + 1 if companion.name == "halt" else 0
+        stands = companion.name == "halt" or (state.halted and companion.name != "follow")
+        halted = state.halted + 1 if stands else 0
         state = replace(state, companion=companion, command=info.command, halted=halted)
         if halted >= 10:
             state = replace(state, task="watch", command=(0.0, 0.0))

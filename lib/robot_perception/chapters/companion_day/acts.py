@@ -1,9 +1,10 @@
-"""A day of the robot, act by act: the world runs, its sensors report, and the truth decides.
+"""Acts of a day: the world runs, its sensors report, and the truth decides.
 
 What happens is a `Moment` after the other; how an act ended is an `Outcome`.
 """
 
 from collections.abc import Callable, Iterator
+from copy import copy, deepcopy
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
@@ -14,6 +15,7 @@ from data_synth import stereo
 from data_synth.companion.hall import RobotCamera
 from data_synth.day.acts import (
     EAST,
+    WEST,
     Someone,
     clear_the_way,
     guided_tour,
@@ -38,7 +40,8 @@ from robot_perception.companion.faces.eigenfaces import Eigenfaces, enrol
 from robot_perception.companion.faces.link import same_descriptor
 from robot_perception.companion.faces.region import FaceTracker
 from robot_perception.companion.following import Follower
-from robot_perception.companion.robot import CompanionRobot, RobotRules
+from robot_perception.companion.interaction import Event, Interaction, paper_table
+from robot_perception.companion.robot import EVENTS, CompanionRobot, RobotRules
 from robot_perception.companion.tutor import TutorModel, TutorTracker
 from robot_perception.day.robot import DayInfo, DayRobot, DayState, Reading
 from robot_perception.geometry import se2, wrap_angle
@@ -48,12 +51,27 @@ TICK = 0.1
 """Length of a step of the world, s."""
 ACTS = ("learn", "find", "hall", "guide", "tutor", "follow", "halt", "point", "go")
 """Acts of a day, in their order."""
+PARTS = ("learn", "find", "hall", "guide", "attend", "point", "go")
+"""Parts of a day; recognised, followed and stopped by the tutor is one of them."""
+ASKED = {
+    "stereo": ("find",),
+    "ceiling": ("hall", "guide", "go"), "intersection": ("hall", "guide", "go"),
+    "laser": ("guide",), "sonar": ("guide",), "skin": ("guide",),
+    "faces": ("attend",), "arms": ("point",),
+}  # fmt: skip
+"""Parts of a day in which a system is asked."""
+STRAINS = {"twin": ("attend",), "dark": ("attend", "point")}
+"""What makes a day harder, and in which parts: the stranger in the tutor's clothes, light fails."""
+DIM = 0.25  # of the light, where it fails
+POST = 5.0  # where the robot waits for its tutor, m from the western end
 CAMERA = RobotCamera()
 PAIR = stereo.Rig()
 RING = TurnedRing()
 APART, TURNED = 0.16, 0.12  # from one stereo pair to the next, m or rad
 PORTRAITS = 32  # of each of the people that the robot is to know
 KEEPS = 2.2  # from the tutor, m
+RAISED = Event(lambda seen: seen["above"] and seen["fresh"], 3)
+"""An open hand is one above the face: the cascade also fires on the tutor's back."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,17 +131,30 @@ class Day:
         Of all of it.
     without
         Systems that the robot lacks, of `robot_perception.day.robot.SYSTEMS`.
+    strain
+        What makes the day harder: one of `STRAINS`, or nothing.
     """
 
-    def __init__(self, seed: int, without: frozenset[str] = frozenset()) -> None:
+    def __init__(self, seed: int, without: frozenset[str] = frozenset(), strain: str = "") -> None:
         streams = np.random.default_rng(seed).spawn(6)
         make, looks, self.ways, self.noise, self.slip, self.chance = streams
         self.building: Building = make_building(rng=make)
         self.people = [make_someone(looks) for _ in range(6)]
-        self.robot = _robot(self.building, self.people[3:], without, looks)
+        self.known = _gallery(self.building, self.people[3:], looks)
+        self.robot = _robot(self.building, self.known, without)
+        self.strain = strain
         self.state, self.time, self.place = self.robot.start(), 0.0, np.zeros(3)
         self.onto = np.zeros(3)  # lays the robot's map on the floor
+        self.tutor, self.wish = np.zeros(2), ""
         self.outcomes: list[Outcome] = []
+
+    def branch(self, without: frozenset[str] = frozenset(), strain: str = "") -> "Day":
+        """Return a day that goes on from here with a robot that lacks systems, or harder."""
+        other = copy(self)
+        for name in ("ways", "noise", "slip", "chance", "outcomes"):
+            setattr(other, name, deepcopy(getattr(self, name)))
+        other.robot, other.strain = _robot(self.building, self.known, without), strain
+        return other
 
     # Parts ---------------------------------------------------------------------------------------
 
@@ -150,6 +181,10 @@ class Day:
         heads = np.zeros((0, 3)) if heads is None else heads
         return self.building.overhead(self.place, heads, rng=self.noise)
 
+    def seen(self, image: np.ndarray) -> np.ndarray:
+        """Return a picture of the camera that looks ahead in the light of the day."""
+        return (image * DIM).astype(np.uint8) if self.strain == "dark" else image
+
     def believed(self) -> np.ndarray:
         """Return where the robot takes itself to be on the floor, m and rad."""
         return se2.compose(self.onto, self.state.pose.mean)
@@ -168,14 +203,51 @@ class Day:
         self.outcomes.append(Outcome(act, bool(right), why))
         return bool(right)
 
+    def truly(self, pictures: list[int]) -> np.ndarray:
+        """Return where pictures of the way were taken by the robot's own map, on the floor, m."""
+        return se2.compose(self.onto, self.state.memory.poses[pictures])[:, :2]
+
     # Acts ----------------------------------------------------------------------------------------
 
-    def run(self) -> Iterator[Moment]:
-        """Yield the day, step by step; it ends with the first act whose goal is not reached."""
-        for act in (self.learn, self.find, self.below, self.guide, self.attend, self.point):
-            yield from act()
-            if not all(one.right for one in self.outcomes):
+    def run(self, *, helped: bool = False) -> Iterator[Moment]:
+        """Yield the day, step by step.
+
+        Parameters
+        ----------
+        helped
+            Whether somebody puts the robot where the next act begins after an act whose goal was
+            not reached, and tells it where it is. Without help the day ends there.
+        """
+        for part in PARTS:
+            if not helped and self.outcomes and not self.outcomes[-1].right:
                 return
+            yield from self.part(part)
+
+    def part(self, part: str) -> Iterator[Moment]:
+        """Yield a part of the day; where the last act failed, somebody helps before it begins."""
+        if self.outcomes and not self.outcomes[-1].right:
+            self.help(part)
+        yield from getattr(self, part)()
+
+    def help(self, part: str) -> None:
+        """Put the robot where a part of the day begins, and tell it where that is."""
+        if part == "find":  # nobody tells it there
+            return
+        hall = np.array([self.building.office.exits[1, 0] - 1.4, (EAST + WEST) / 2, np.pi / 2])
+        self.place = {
+            "guide": hall,
+            "attend": np.array([POST, WEST, 0.0]),
+            "point": np.array([self.tutor[0] - KEEPS, WEST, 0.0]),
+        }.get(part, self.place)
+        task, place = {
+            "hall": ("ceiling", "hall"),
+            "guide": ("guide", "hall"),
+            "attend": ("attend", ""),
+            "point": ("watch", ""),
+            "go": ("return", self.wish),
+        }[part]
+        told = se2.between(self.onto, self.place)
+        self.state, _ = self.robot.put(self.state, task, told, place)
 
     def learn(self) -> Iterator[Moment]:
         """Lead the robot along the corridor and back, and tell it the names of places."""
@@ -183,7 +255,7 @@ class Day:
         self.place, self.onto = path[0], path[0]
         scans = Sensing(self.building.office, [], rig(("laser",), RING), rng=self.noise)
         turn = int(np.argmax(path[:, 2] > 0.1))
-        post = turn + int(np.abs(path[turn:, 0] - 5.0).argmin())
+        post = turn + int(np.abs(path[turn:, 0] - POST).argmin())
         doors = self.building.office.doors[:, 0]
         shown = {int(np.hypot(*(path[:turn, :2] - door).T).argmin()): k
                  for k, door in enumerate(doors)}  # fmt: skip
@@ -232,9 +304,18 @@ class Day:
             gone += np.hypot(*(self.place - before)[:2])
         off, turned = self.off()
         right = self.state.task == "ceiling" and off < 1.0 and turned < np.deg2rad(15)
-        self.ended("find", right, f"it takes itself to be {off:.2f} m from where it is")
+        lost = " and knows no way" if self.state.task == "wait" else ""
+        self.ended("find", right, f"it takes itself to be {off:.2f} m from where it is{lost}")
 
-    def below(self, act: str = "hall", goal: str = "hall") -> Iterator[Moment]:
+    def hall(self) -> Iterator[Moment]:
+        """Let the robot drive below the ceiling to the hall."""
+        yield from self._below("hall", "hall")
+
+    def go(self) -> Iterator[Moment]:
+        """Let the robot drive to the door to which it was sent."""
+        yield from self._below("go", self.wish)
+
+    def _below(self, act: str, goal: str) -> Iterator[Moment]:
         """Let the robot drive below the ceiling to a place that it has been shown."""
         world = World(self.building.office, (), (), self.place, rng=self.ways)
         for _ in range(900):
@@ -244,20 +325,17 @@ class Day:
             if self.state.task not in ("ceiling", "return", "turn"):
                 break
             self.rolled(world.advance(TICK, self.state.command).robot)
-        end = self.truly(self.state.memory.passes(goal)) if self.state.memory else None
+        end = self.truly(self.state.memory.passes(goal))
         off = float(np.hypot(*(end - self.place[:2]).T).min())
         here = self.state.task in ("guide", "wait") and off < 0.6
-        self.ended(act, here, f"it stands {off:.2f} m from where it was shown {goal}")
-
-    def truly(self, pictures: list[int]) -> np.ndarray:
-        """Return where pictures of the way were taken by the robot's own map, on the floor, m."""
-        return se2.compose(self.onto, self.state.memory.poses[pictures])[:, :2]
+        said = f" and says: {info.say}" if info.say else ""
+        self.ended(act, here, f"it stands {off:.2f} m from where it was shown {goal}{said}")
 
     def guide(self) -> Iterator[Moment]:
         """Let the robot guide a visitor west; two people stand in the way until they are asked."""
-        act = guided_tour(self.building, self.people, self.place, 5.0, rng=self.ways)
+        act = guided_tour(self.building, self.people, self.place, POST, rng=self.ways)
         sensing = Sensing(self.building.office, act.world.people, Rig(ring=RING), rng=self.noise)
-        asked, bumped = False, False
+        asked, bumped, shown = False, False, None
         start = self.time
         while self.time - start < act.seconds and self.state.task in ("guide", "turn"):
             before = act.world.now
@@ -274,9 +352,10 @@ class Day:
                 value = reading.image if name == "fisheye" else reading.ranges
                 self.tell(name, value)
                 if name == "fisheye":
+                    self.tell("overhead", self.overhead(act.heads(now)))
                     shown = partial(np.asarray, reading.image[..., ::-1])
             yield self.moment("guide", info, people=now.positions, image=shown)
-        off = float(abs(self.place[0] - 5.0))
+        off = float(abs(self.place[0] - POST))
         right = asked and not bumped and off < 0.8 and self.state.task == "attend"
         said = "asked" if asked else "did not ask"
         hurt = "ran into something" if bumped else "ran into nothing"
@@ -285,20 +364,24 @@ class Day:
 
     def attend(self) -> Iterator[Moment]:
         """Let a stranger and the tutor come; the tutor leads the robot and stops it."""
-        company = [self.people[0], self.people[3], self.people[1]]
+        stranger, tutor, passer = self.people[0], self.people[3], self.people[1]
+        if self.strain == "twin":
+            dressed = replace(stranger.visitor, clothes=tutor.visitor.clothes)
+            stranger = replace(stranger, visitor=dressed)
+        company = [stranger, tutor, passer]
         act = tutor_comes(self.building, company, self.place, rng=self.ways)
         start, names, held, nearest = self.time, {}, [], []
         while self.time - start < act.seconds and self.state.task == "attend":
             now = act.world.advance(TICK, self.state.command)
             self.rolled(now.robot)
             seen = act.look(CAMERA, now, rng=self.noise)
-            info = self.tell("ahead", seen.image)
+            image = self.seen(seen.image)
+            info = self.tell("ahead", image)
             clock, name = self.time - start, self.state.companion.name
             names[round(clock, 1)] = name
-            if 23.0 < clock < 26.0:
-                face = info.told["info"].held
-                boxes = info.told["info"].faces
-                held.append(face is not None and _same(boxes[face].box, seen.faces[1]))
+            if 25.0 < clock < 26.0:
+                link = self.state.companion.link
+                held.append(link is not None and _same(link.face.box, seen.faces[1]))
             if 40.0 < clock < 42.0:
                 person = self.state.companion.person
                 nearest.append(person is not None and _same(person.box, seen.boxes[1]))
@@ -306,25 +389,24 @@ class Day:
                 "tutor" if clock < 26 else "follow" if clock < 44 else "halt",
                 info,
                 people=now.positions,
-                image=partial(np.asarray, seen.image),
+                image=partial(np.asarray, image),
             )
+        self.tutor = now.positions[1]
         fooled = any(names[t] in ("follow", "gesture") for t in names if t < 20)
         known = not fooled and np.mean(held or [False]) > 0.5
-        why = "it follows a stranger" if fooled else f"face held {np.mean(held or [0]):.0%}"
+        why = "it follows a stranger" if fooled else f"on the face in {np.mean(held or [0]):.0%}"
         if not self.ended("tutor", known, why):
             return
         on = float(np.mean(nearest or [0.0]))
         if not self.ended("follow", on > 0.5, f"on the tutor in {on:.0%} of the last pictures"):
             return
-        self.tutor = now.positions[1]
         self.ended("halt", self.state.task == "watch", f"at the end it is in {names[max(names)]}")
 
     def point(self) -> Iterator[Moment]:
-        """Let the tutor point at a door, and the robot go there."""
+        """Let the tutor point at a door, and the robot choose it."""
         doors = self.building.office.doors[:, 0]
         gap = doors[:, 0] - self.tutor[0]
-        candidates = np.flatnonzero((gap < 0.6) & (gap > -6.0))
-        which = int(self.ways.choice(candidates))
+        which = int(self.ways.choice(np.flatnonzero((gap < 0.6) & (gap > -6.0))))
         images = pointing(
             self.building,
             self.people[3],
@@ -334,7 +416,7 @@ class Day:
             CAMERA,
             rng=self.noise,
         )
-        for image in images:
+        for image in map(self.seen, images):
             self.time += 1 / 15
             info = self.tell("ahead", image)
             yield self.moment(
@@ -342,22 +424,16 @@ class Day:
             )
             if self.state.task != "watch":
                 break
-        wish, target = f"door {which}", self.state.target
-        if not self.ended("point", target == wish, f"it goes to {target}, sent to {wish}"):
-            return
-        yield from self.below("go", wish)
+        self.wish, target = f"door {which}", self.state.target
+        right = target == self.wish
+        self.ended("point", right, f"it goes to {target or 'no door'}, sent to {self.wish}")
 
 
-def _robot(
-    building: Building,
-    people: list[Someone],
-    without: frozenset[str],
-    rng: np.random.Generator,
-) -> DayRobot:
+def _robot(building: Building, gallery: Eigenfaces, without: frozenset[str]) -> DayRobot:
     """Return the robot with its cameras, and with the faces of some people enrolled."""
     above = building.above.mount
     eyes = Pinhole((PAIR.focal_px, PAIR.focal_px), PAIR.centre_px, PAIR.size)
-    known = None if "faces" in without else _gallery(building, people, rng)
+    known = None if "faces" in without else gallery
     region = tutor_following.REGION
     companion = CompanionRobot(
         (lambda image, box: "tutor 1") if known is None
@@ -367,6 +443,7 @@ def _robot(
         FaceTracker(tutor_following.SHARP),
         **({} if known is None else {"verify": same_descriptor(known)}),
         tracker=TutorTracker(TutorModel(), tutor_following.RULES),
+        interaction=Interaction(paper_table(), EVENTS | {"open hand": RAISED}),
         rules=RobotRules(hand_window=3.0),  # posters hang on both sides of the corridor
         follower=Follower(CAMERA.focal, CAMERA.focal * (region[3] - region[1]) / KEEPS),
     )  # fmt: skip
@@ -377,7 +454,7 @@ def _robot(
         LASER_ANGLES,
         RING.angles,
         RING.radius,
-        Mapper(above.height / above.focal, above.middle, MapRules(closing="chain")),
+        Mapper(above.height / above.focal, above.middle, MapRules(closing="chain", enough=5)),
         people_fusion.robot_of("guide", people_fusion.BEHAVES),
         people_sensors.skin_tracker(),
         companion,

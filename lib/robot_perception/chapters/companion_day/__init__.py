@@ -1,0 +1,1 @@
+"""A companion's day: every system of the five papers in one robot, drawn."""

@@ -1,0 +1,203 @@
+"""Drawings of the chapter: what sensors see, the film of a day, the ledger, the worth of systems.
+
+What they draw is made in the notebook: dictionaries of arrays, and shares by name.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import cv2
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from explorables.figures import drawn, figure, film
+from explorables.figures.maps import lines, picture
+from explorables.figures.style import MEANING, label
+from explorables.media import Shown
+from robot_perception.geometry import se2
+from studies.intervals import Interval
+
+FPS = 4
+_AHEAD = 0.6  # length of the line that says where a robot looks, m
+_SHOWN = (1.5, 20.5, -0.4, 3.2)  # of the corridor: low and high x, low and high y, m
+_TURN = np.linspace(0, 2 * np.pi, 25)
+
+
+@drawn(
+    name="day-views",
+    rows=2,
+    cols=3,
+    alt="Six views from one place of a corridor: a grey and a coloured picture with doors and "
+    "posters, a painted ceiling with lamps, a round fisheye picture, a plan with the points of a "
+    "laser along the walls, and one with the sectors of sonars.",
+    caption="One floor for all sensors, from one place. Above: left eye, camera ahead, camera "
+    "above. Below: fisheye, laser, sonars.",
+    width=6.8,
+    height=4.4,
+)
+def views(axes: Sequence[Axes], seen: Mapping[str, Any]) -> Sequence[Axes]:
+    """Draw what each sensor reports from one place."""
+    flat = np.ravel(axes)
+    for ax, name in zip(flat[:4], ("left eye", "ahead", "above", "fisheye"), strict=True):
+        picture(ax, seen[name])
+        ax.set_title(name)
+    for ax, name, reach in zip(flat[4:], ("laser", "sonar"), (8.0, 3.0), strict=True):
+        lines(ax, seen["walls"], MEANING["walls"], 1.0)
+        bearings = np.linspace(*_spans(name), len(seen[name]))
+        ranges = np.where(np.isfinite(seen[name]), seen[name], np.nan)
+        ends = se2.act(seen["place"], _polar(ranges, bearings))
+        ax.plot(*ends.T, "o", color=MEANING["readings"], markersize=1.5 if name == "laser" else 4)
+        _robot(ax, seen["place"], MEANING["robot"])
+        x, y = seen["place"][:2]
+        ax.set(xlim=(x - reach / 2, x + reach), ylim=(y - reach / 2, y + reach / 2))
+        ax.set_aspect("equal")
+        ax.set_xticks([])
+        ax.set_yticks([])
+        ax.set_title(name)
+    return axes
+
+
+def _spans(name: str) -> tuple[float, float]:
+    """Return the first and the last direction of a sensor that measures ranges, rad."""
+    return (-np.pi / 2, np.pi / 2) if name == "laser" else (-np.pi, np.pi * 7 / 8)
+
+
+def _polar(ranges: np.ndarray, bearings: np.ndarray) -> np.ndarray:
+    return np.column_stack([ranges * np.cos(bearings), ranges * np.sin(bearings)])
+
+
+def _robot(ax: Axes, pose: np.ndarray, colour: str, **kwargs: object) -> None:
+    """Draw a robot as a circle with a line ahead."""
+    x, y, heading = pose
+    ax.plot(x + 0.25 * np.cos(_TURN), y + 0.25 * np.sin(_TURN), color=colour, **kwargs)
+    ax.plot(
+        [x, x + _AHEAD * np.cos(heading)],
+        [y, y + _AHEAD * np.sin(heading)],
+        color=colour,
+        **kwargs,
+    )
+
+
+def film_of(told: Mapping[str, Any], name: str | None = "day-film") -> Shown:
+    """Show a day as a film: what the task's camera shows, the plan from above, and words."""
+    failed = [act for act, right, _ in told["ends"] if not right]
+    end = f"It needs help after: {', '.join(failed)}." if failed else "It needs no help."
+    return film(
+        frames(told),
+        fps=FPS,
+        name=name,
+        poster=_poster(told),
+        alt="A corridor from above, in which a green robot goes to and fro, and a red one, where "
+        "it takes itself to be, stays on it; above, what its camera shows: posters, the ceiling, "
+        "people round it, a tutor who raises a hand and points. Words say act and state.",
+        caption="A day of the robot, in nine acts. Above left: what the camera shows that is "
+        "asked. Below, the corridor from above: the robot (green), where it takes itself to be "
+        f"(red), and people (blue). {end}",
+    )
+
+
+def _poster(told: Mapping[str, Any]) -> int:
+    """Return the moment at which the robot has followed its tutor for a while."""
+    follows = [k for k, act in enumerate(told["act"]) if act == "follow"]
+    return follows[2 * len(follows) // 3] if follows else len(told["act"]) // 2
+
+
+def frames(told: Mapping[str, Any]) -> Iterator[Figure]:
+    """Yield the frames of the film, all drawn on one figure."""
+    fig, (eye, words, above) = figure(1, 3, width=6.4, height=4.2)
+    for ax, place in zip(
+        (eye, words, above),
+        ((0.02, 0.44, 0.42, 0.54), (0.47, 0.44, 0.5, 0.54), (0.02, 0.03, 0.96, 0.34)),
+        strict=True,
+    ):
+        ax.set_position(place)
+    first = np.concatenate([[0], np.cumsum(told["sizes"])])
+    for k, (time, act) in enumerate(zip(told["time"], told["act"], strict=True)):
+        shown = cv2.imdecode(told["jpeg"][first[k] : first[k + 1]], cv2.IMREAD_COLOR)
+        eye.clear()
+        picture(eye, shown[..., ::-1])
+        words.clear()
+        words.set_axis_off()
+        words.set(xlim=(0, 1), ylim=(0, 1))
+        minutes, seconds = divmod(int(time), 60)
+        label(words, 0.0, 0.86, f"{minutes}:{seconds:02d}   act: {act}", MEANING["truth"])
+        label(words, 0.0, 0.62, told["words"][k], MEANING["estimate"])
+        corridor(above, told["walls"])
+        there = told["people"][k]
+        above.plot(*there.T, "o", color=MEANING["readings"], markersize=7)
+        _robot(above, told["robot"][k], MEANING["agreement"], linewidth=2.0)
+        _robot(above, told["believed"][k], MEANING["estimate"], linewidth=1.2)
+        yield fig
+
+
+def corridor(ax: Axes, walls: np.ndarray) -> Axes:
+    """Draw the corridor from above, on axes cleared first."""
+    ax.clear()
+    lines(ax, walls, MEANING["walls"], 1.0)
+    low, high, south, north = _SHOWN
+    ax.set(xlim=(low, high), ylim=(south, north))
+    ax.set_aspect("equal")
+    ax.set_xticks([])
+    ax.set_yticks([])
+    ax.grid(visible=False)
+    return ax
+
+
+@drawn(
+    name="day-ledger",
+    alt="A row for each act, a column for each day: most squares are green, those of acts whose "
+    "goals were missed are red, some are left empty where the act could not be tried.",
+    caption="Acts and days. Green: the goal was reached; red, with a cross: missed, and somebody "
+    "helped; empty: not tried. On the right, on how many days the goal was reached.",
+    width=6.6,
+    height=3.6,
+)
+def ledger(ax: Axes, found: np.ndarray, acts: Sequence[str]) -> Axes:
+    """Draw which acts of which days reached their goals (acts, days); NaN where not tried."""
+    for k, row in enumerate(found):
+        good, bad = np.flatnonzero(row == 1), np.flatnonzero(row == 0)
+        ax.plot(good, np.full(len(good), k), "s", color=MEANING["agreement"], markersize=11)
+        ax.plot(bad, np.full(len(bad), k), "X", color=MEANING["estimate"], markersize=10)
+        ax.text(found.shape[1] - 0.2, k, f"{len(good)} of {np.isfinite(row).sum()}", va="center")
+    ax.set_yticks(range(len(acts)), acts)
+    ax.set(ylim=(len(acts) - 0.5, -0.5), xlim=(-0.6, found.shape[1] + 2.4), xlabel="day")
+    ax.set_xticks(range(0, found.shape[1], 5), range(1, found.shape[1] + 1, 5))
+    ax.grid(visible=False)
+    return ax
+
+
+@drawn(
+    name="day-worth",
+    alt="For each of eight systems two dots with intervals: the share of the days with what asks "
+    "it, above with the system, below without it.",
+    caption="Share of the days on which all acts that ask a system reach their goals: with the "
+    "system (filled) and without it (open), with 95 % intervals over days.",
+    width=6.4,
+    height=4.2,
+)
+def worth(ax: Axes, found: Mapping[str, tuple[Interval, Interval, int]]) -> Axes:
+    """Draw the share of good days with and without each system."""
+    for k, (with_it, without, _) in enumerate(found.values()):
+        for at, of, meaning, face in (
+            (k - 0.14, with_it, "agreement", None),
+            (k + 0.14, without, "estimate", "none"),
+        ):
+            colour = MEANING[meaning]
+            ax.plot([of.low, of.high], [at, at], color=colour, linewidth=1.2)
+            ax.plot(of.estimate, at, "o", color=colour, markersize=7, markerfacecolor=face)
+    ax.set_yticks(range(len(found)), list(found))
+    ax.set(ylim=(len(found) - 0.5, -0.5), xlim=(-0.03, 1.03), xlabel="share of the days")
+    return ax
+
+
+def blinded(ax: Axes, now: Any) -> Axes:
+    """Draw the way of a robot that lacks a system, and where it took itself to be."""
+    corridor(ax, now.walls)
+    for part in np.unique(now.steps[:, 0]):
+        some = now.steps[now.steps[:, 0] == part]
+        ax.plot(*some[:, 1:3].T, color=MEANING["agreement"], linewidth=2.0)
+        ax.plot(*some[:, 3:5].T, color=MEANING["estimate"], linewidth=1.4, linestyle="--")
+    good = sum(right for _, right, _ in now.ends)
+    ax.set_title(f"{good} of {len(now.ends)} acts reach their goals")
+    return ax
