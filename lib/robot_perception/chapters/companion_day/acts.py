@@ -69,7 +69,7 @@ PAIR = stereo.Rig()
 RING = TurnedRing()
 APART, TURNED = 0.16, 0.12  # from one stereo pair to the next, m or rad
 PORTRAITS = 32  # of each of the people that the robot is to know
-KEEPS = 2.2  # from the tutor, m
+KEEPS = 2.6  # from the tutor, m: nearer, a hand above his head is out of view
 RAISED = Event(lambda seen: seen["above"] and seen["fresh"], 3)
 """An open hand is one above the face: the cascade also fires on the tutor's back."""
 
