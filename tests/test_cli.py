@@ -561,7 +561,7 @@ def short_day(monkeypatch):
                 )  # fmt: skip
                 self.outcomes.append(day_acts.Outcome(act, k == 0, f"as {len(self.without)}"))
 
-    monkeypatch.setattr(day_report, "Day", Short)
+    monkeypatch.setattr(day_report, "day_of", Short)
     return Short
 
 

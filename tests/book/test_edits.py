@@ -120,6 +120,7 @@ EDITS = {
     "arm_tracking": Edit('now("arms-hero"', "PARTICLES = 400", "PARTICLES = 60"),
     "ceiling_navigation": Edit("draw.corrected(", "roll=np.deg2rad(6)", "roll=np.deg2rad(2)"),
     "colour_and_shape": Edit('now("shape-path"', "TRAINING = (9001,", "TRAINING = (9011,"),
+    "companion_day": Edit("draw.views(", "np.array([6.0, 1.2, 0.0])", "np.array([8.0, 1.2, 0.0])"),
     "covariance_intersection": Edit("draw.heard(rumour)", "range_sigma, 20", "range_sigma, 12"),
     "exchanged_parts": Edit("SIZED = Exploration(", "3, 100, 15", "9, 100, 15"),
     "head_tracking": Edit(

@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 from tqdm import tqdm
 
+from robot_perception.book.companion_day import day_of
 from robot_perception.chapters.companion_day.acts import ACTS, TICK, Day, Moment, Outcome
 from robot_perception.geometry import se2
 from studies.sweep import sweep
@@ -25,7 +26,7 @@ _INK, _TRUE, _BELIEVED, _PEOPLE = (70, 70, 70), (30, 120, 30), (200, 90, 20), (6
 
 def one(seed: int, without: frozenset[str], film: Path | None, log: Path | None) -> list[Outcome]:
     """Run one day with a bar, write its film and log, and return how its acts ended."""
-    today = Day(seed, without)
+    today = day_of(seed, without=without)
     with ExitStack() as stack:
         lines = None if log is None else stack.enter_context(log.open("w", encoding="utf-8"))
         shown = None if film is None else stack.enter_context(Film(film, today))
@@ -49,7 +50,7 @@ def many(seeds: Sequence[int], without: frozenset[str]) -> dict[int, list[Outcom
 
 def _ended(seed: int, *, without: frozenset[str], rng: np.random.Generator) -> list[Outcome]:
     """Return how the acts of the day of a seed ended."""
-    today = Day(seed, without)
+    today = day_of(seed, without=without)
     for _ in today.run():
         pass
     return today.outcomes

@@ -22,27 +22,16 @@ from data_synth.day.acts import (
     led_path,
     make_someone,
     pointing,
-    portrait,
     tutor_comes,
 )
 from data_synth.day.building import Building, make_building
-from data_synth.people.signals import LASER_ANGLES, LaserScan, Rig, Sensing, SonarScan
+from data_synth.people.signals import LaserScan, Rig, Sensing, SonarScan
 from data_synth.people.staging import rig
 from data_synth.people.stories import TurnedRing
 from data_synth.people.world import World
 from data_synth.wheels import SMALL, roll
-from robot_perception.arms.tracker import ArmTracker
-from robot_perception.book import people_fusion, people_sensors, tutor_following
-from robot_perception.cameras import Pinhole, StereoRig
-from robot_perception.ceiling.mapping import Mapper, MapRules
-from robot_perception.companion.boxes import crop, overlap
-from robot_perception.companion.faces.eigenfaces import Eigenfaces, enrol
-from robot_perception.companion.faces.link import same_descriptor
-from robot_perception.companion.faces.region import FaceTracker
-from robot_perception.companion.following import Follower
-from robot_perception.companion.interaction import Event, Interaction, paper_table
-from robot_perception.companion.robot import EVENTS, CompanionRobot, RobotRules
-from robot_perception.companion.tutor import TutorModel, TutorTracker
+from robot_perception.companion.boxes import overlap
+from robot_perception.companion.faces.eigenfaces import Eigenfaces
 from robot_perception.day.robot import DayInfo, DayRobot, DayState, Reading
 from robot_perception.geometry import se2, wrap_angle
 from robot_perception.slam.planar.motions import Odometry
@@ -68,10 +57,7 @@ CAMERA = RobotCamera()
 PAIR = stereo.Rig()
 RING = TurnedRing()
 APART, TURNED = 0.16, 0.12  # from one stereo pair to the next, m or rad
-PORTRAITS = 32  # of each of the people that the robot is to know
 KEEPS = 2.6  # from the tutor, m: nearer, a hand above his head is out of view
-RAISED = Event(lambda seen: seen["above"] and seen["fresh"], 3)
-"""An open hand is one above the face: the cascade also fires on the tutor's back."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,19 +115,30 @@ class Day:
     ----------
     seed
         Of all of it.
+    enrol
+        Function of building, people and a generator that returns the faces that the robot knows.
+    assemble
+        Function of building, faces and systems to leave out that returns the robot.
     without
         Systems that the robot lacks, of `robot_perception.day.robot.SYSTEMS`.
     strain
         What makes the day harder: one of `STRAINS`, or nothing.
     """
 
-    def __init__(self, seed: int, without: frozenset[str] = frozenset(), strain: str = "") -> None:
+    def __init__(
+        self,
+        seed: int,
+        enrol: Callable[[Building, list[Someone], np.random.Generator], Eigenfaces],
+        assemble: Callable[[Building, Eigenfaces, frozenset[str]], DayRobot],
+        without: frozenset[str] = frozenset(),
+        strain: str = "",
+    ) -> None:
         streams = np.random.default_rng(seed).spawn(6)
         make, looks, self.ways, self.noise, self.slip, self.chance = streams
         self.building: Building = make_building(rng=make)
         self.people = [make_someone(looks) for _ in range(6)]
-        self.known = _gallery(self.building, self.people[3:], looks)
-        self.robot = _robot(self.building, self.known, without)
+        self.known, self.assemble = enrol(self.building, self.people[3:], looks), assemble
+        self.robot = assemble(self.building, self.known, without)
         self.strain = strain
         self.state, self.time, self.place = self.robot.start(), 0.0, np.zeros(3)
         self.onto = np.zeros(3)  # lays the robot's map on the floor
@@ -153,7 +150,7 @@ class Day:
         other = copy(self)
         for name in ("ways", "noise", "slip", "chance", "outcomes"):
             setattr(other, name, deepcopy(getattr(self, name)))
-        other.robot, other.strain = _robot(self.building, self.known, without), strain
+        other.robot, other.strain = self.assemble(self.building, self.known, without), strain
         return other
 
     # Parts ---------------------------------------------------------------------------------------
@@ -381,10 +378,10 @@ class Day:
             names[round(clock, 1)] = name
             if 25.0 < clock < 26.0:
                 link = self.state.companion.link
-                held.append(link is not None and _same(link.face.box, seen.faces[1]))
+                held.append(link is not None and same(link.face.box, seen.faces[1]))
             if 40.0 < clock < 42.0:
                 person = self.state.companion.person
-                nearest.append(person is not None and _same(person.box, seen.boxes[1]))
+                nearest.append(person is not None and same(person.box, seen.boxes[1]))
             yield self.moment(
                 "tutor" if clock < 26 else "follow" if clock < 44 else "halt",
                 info,
@@ -429,61 +426,11 @@ class Day:
         self.ended("point", right, f"it goes to {target or 'no door'}, sent to {self.wish}")
 
 
-def _robot(building: Building, gallery: Eigenfaces, without: frozenset[str]) -> DayRobot:
-    """Return the robot with its cameras, and with the faces of some people enrolled."""
-    above = building.above.mount
-    eyes = Pinhole((PAIR.focal_px, PAIR.focal_px), PAIR.centre_px, PAIR.size)
-    known = None if "faces" in without else gallery
-    region = tutor_following.REGION
-    companion = CompanionRobot(
-        (lambda image, box: "tutor 1") if known is None
-        else (lambda image, box: known.recognise(crop(image, box))),
-        tutor_following.hands(),
-        tutor_following.SHARP,
-        FaceTracker(tutor_following.SHARP),
-        **({} if known is None else {"verify": same_descriptor(known)}),
-        tracker=TutorTracker(TutorModel(), tutor_following.RULES),
-        interaction=Interaction(paper_table(), EVENTS | {"open hand": RAISED}),
-        rules=RobotRules(hand_window=3.0),  # posters hang on both sides of the corridor
-        follower=Follower(CAMERA.focal, CAMERA.focal * (region[3] - region[1]) / KEEPS),
-    )  # fmt: skip
-    ahead = Pinhole((CAMERA.focal, CAMERA.focal), CAMERA.middle, CAMERA.size[::-1])
-    return DayRobot(
-        StereoRig(eyes, PAIR.baseline),
-        PAIR.T_robot_camera,
-        LASER_ANGLES,
-        RING.angles,
-        RING.radius,
-        Mapper(above.height / above.focal, above.middle, MapRules(closing="chain", enough=5)),
-        people_fusion.robot_of("guide", people_fusion.BEHAVES),
-        people_sensors.skin_tracker(),
-        companion,
-        ArmTracker(ahead),
-        without=without,
-    )
-
-
-def _gallery(building: Building, people: list[Someone], rng: np.random.Generator) -> Eigenfaces:
-    """Enrol people by portraits that somebody checks."""
-    faces, names = [], []
-    for k, who in enumerate(people):
-        for _ in range(2 * PORTRAITS):
-            if names.count(f"tutor {k + 1}") == PORTRAITS:
-                break
-            seen = portrait(building, who, CAMERA, rng=rng)
-            shown = tutor_following.grey(seen.image)
-            boxes = tutor_following.SHARP.find(shown)
-            if right := [box for box in boxes if _same(box, seen.faces[0])]:
-                faces.append(crop(shown, right[0]))
-                names.append(f"tutor {k + 1}")
-    return enrol(np.array(faces), names, tutor_following.EIGENIMAGES, accepted=0.95)
-
-
 def _left(building: Building, pose: np.ndarray) -> np.ndarray:
     """Return what the left eye sees, without noise."""
     return stereo.ideal_image(building.scene, PAIR, pose).clip(0, 255).astype(np.uint8)
 
 
-def _same(box: np.ndarray, truth: np.ndarray) -> bool:
+def same(box: np.ndarray, truth: np.ndarray) -> bool:
     """Tell whether a box is at what it should be at."""
     return bool(np.isfinite(truth).all() and overlap(box[None], truth[None])[0, 0] >= 0.4)
