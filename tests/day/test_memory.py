@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from robot_perception.ceiling.mosaic import NoCommonPattern
 from robot_perception.ceiling.visual_memory import KeyRules
 from robot_perception.day.memory import Lesson, Memory, remember
 from robot_perception.walls.wall_map import WallMap
@@ -43,6 +44,8 @@ def test_a_route_begins_and_ends_with_its_pictures():
     assert firsts[0] == 103
     assert firsts[-1] == 130
     assert np.diff(firsts).max() <= 12
+    with pytest.raises(NoCommonPattern, match="the way from 3 to 30 has a gap: run must go on"):
+        memory().route(3, 30, KeyRules(common=3, shift=12.0))
     with pytest.raises(ValueError, match="last must come after first 30 on the way, got 3"):
         memory().route(30, 3, KeyRules())
 

@@ -1,6 +1,7 @@
 """One loop for all sensors: wheels, tasks, and the place at which somebody points."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,11 +9,14 @@ import pytest
 from robot_perception.arms.body_model import BodyModel
 from robot_perception.beliefs import Gaussian
 from robot_perception.cameras import Pinhole
+from robot_perception.companion.robot import CompanionRobot
 from robot_perception.day import robot as day
+from robot_perception.day.memory import Memory
 from robot_perception.day.robot import DayInfo, DayState, Reading, clear_of, pointed_at
 from robot_perception.fusion import covariance_intersection
 from robot_perception.geometry import se2
 from robot_perception.slam.planar.motions import Odometry, dead_reckoning
+from robot_perception.walls.wall_map import WallMap
 from tests.day.machine import machine
 
 STEP = Odometry(np.array([0.1, 0.01, 0.05]), np.diag([1e-4, 1e-5, 1e-5]))
@@ -120,6 +124,106 @@ def test_joints_of_the_arms_model_are_what_it_takes():
     outwards = np.sign(joints[0, 2, 0] - joints[0, 0, 0])
     places = {"this side": np.array([2.0, -3.0 * outwards]), "that": np.array([2.0, 3 * outwards])}
     assert pointed_at(joints, np.zeros(3), places) == "this side"
+
+
+BACK = np.array([[0.1 * x, 0.0, 0.0] for x in range(41)]
+                + [[0.1 * x, 0.4, np.pi] for x in range(40, -1, -1)])  # fmt: skip
+SEEN = tuple({"a": np.array([100.0 + 0.5 * k, 80.0, 0.0, 1.0])} for k in range(82))
+
+
+def knowing(robot, sightings=SEEN):
+    """Return what a robot knows that was led along a corridor and back, past two doors."""
+    places = {"door 1": np.array([0.5, 1.0]), "hall": np.array([4.0, 0.2]),
+              "post": np.array([0.3, 0.4])}  # fmt: skip
+    nothing = SimpleNamespace()
+    kept = Memory(nothing, WallMap.empty(), BACK, sightings, {}, nothing, np.zeros(3), places)
+    return replace(robot.start(), memory=kept, task="wait")
+
+
+@pytest.fixture
+def no_view(monkeypatch):
+    """Navigators without a ceiling: their route is all that is asked."""
+    monkeypatch.setattr(
+        day, "Navigator", lambda route, *rest, **words: SimpleNamespace(route=route)
+    )
+
+
+def test_who_is_put_somewhere_knows_where_it_is_and_what_to_do(robot, no_view):
+    state = replace(knowing(robot), pictures=9, halted=4, scan=np.ones(181))
+    for task in ("guide", "attend", "watch"):
+        after, _ = robot.put(state, task, np.array([1.0, 0.1, 0.2]), "hall")
+        assert after.task == task
+        np.testing.assert_array_equal(after.pose.mean, [1.0, 0.1, 0.2])
+        assert (after.pictures, after.halted, after.scan) == (0, 0, None)
+        assert after.memory is state.memory
+    guiding, _ = robot.put(state, "guide", np.array([3.9, 0.3, 2.0]), "hall")
+    assert guiding.end in (39, 40, 41, 42)
+    assert robot.route(guiding)[-1] == pytest.approx([0.3, 0.4], abs=0.1)
+    with pytest.raises(ValueError, match="task must be one of 'ceiling', 'guide'"):
+        robot.put(state, "learn", np.zeros(3))
+    with pytest.raises(ValueError, match="state must have a memory"):
+        robot.put(robot.start(), "watch", np.zeros(3))
+
+
+def test_the_shorter_way_is_taken_and_first_it_turns_into_it(robot, no_view):
+    """From 1.5 m the door at 0.5 m is behind: the way back passes it sooner."""
+    state, info = robot.put(knowing(robot), "ceiling", np.array([1.5, 0.2, 0.1]), "door 1")
+    assert (state.task, state.then, info.say) == ("turn", "ceiling", "to door 1")
+    assert state.heading == np.pi
+    assert BACK[state.end] == pytest.approx([0.5, 0.4, np.pi])
+    for k in range(100):
+        turn = Odometry(np.array([0.0, 0.0, 0.1 * state.command[1]]), 1e-9 * np.eye(3))
+        state, _ = robot.step(state, Reading(k * 0.1, "wheels", turn), rng=rng())
+        if state.task != "turn":
+            break
+    assert state.task == "ceiling"
+    ahead, _ = robot.put(knowing(robot), "return", np.array([0.1, 0.0, 0.1]), "door 1")
+    assert (ahead.task, ahead.end) == ("return", 5)
+
+
+def test_one_pattern_leads_where_the_ceiling_is_bare_and_none_leads_nowhere(robot, no_view):
+    state, _ = robot.put(knowing(robot), "return", np.array([0.1, 0.0, 0.1]), "door 1")
+    assert len(state.navigator.route) >= 2  # though two patterns are wanted
+    other = tuple({("a" if k % 82 < 3 else "b"): one["a"]} for k, one in enumerate(SEEN))
+    lost, info = robot.put(knowing(robot, other), "return", np.array([0.1, 0.0, 0.1]), "door 1")
+    assert (lost.task, info.say) == ("wait", "no way there")
+
+
+def test_the_ceiling_corrects_the_pose_of_a_guide(robot, monkeypatch):
+    """The picture says that it is half a metre from where the wheels say; they meet between."""
+
+    class View:
+        def start(self, image, *, rng):
+            return SimpleNamespace(key=0)
+
+        def step(self, replay, image, *, rng):
+            replay = SimpleNamespace(key=1, pose=np.array([1.0, 0.5, np.pi]))
+            return replay, SimpleNamespace(sightings={"a": 1}, status="driving")
+
+    monkeypatch.setattr(day, "Navigator", lambda *rest, **words: View())
+    state, _ = robot.put(knowing(robot), "guide", np.array([1.0, 0.0, np.pi]), "hall")
+    wide = replace(state, pose=Gaussian(state.pose.mean, np.diag([0.3, 0.3, 0.1]) ** 2))
+    look = Reading(0.1, "overhead", np.zeros((4, 4), np.uint8))
+    after, _ = robot.step(wide, look, rng=rng())
+    assert 0.4 < after.pose.mean[1] < 0.5
+    blind = replace(robot, without=frozenset({"ceiling"}))
+    assert blind.step(wide, look, rng=rng())[0].pose is wide.pose
+
+
+def test_it_looks_at_arms_a_second_after_it_has_stopped_though_the_hand_is_down(robot):
+    names = iter(["follow", "halt", *["idle"] * 20])
+
+    def step(self, state, image, *, rng):
+        return SimpleNamespace(name=next(names)), SimpleNamespace(command=(0.0, 0.0))
+
+    state = replace(knowing(robot), task="attend", companion=SimpleNamespace(name="follow"))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(CompanionRobot, "step", step)
+        for k in range(11):
+            assert state.task == "attend", k
+            state, _ = robot.step(state, Reading(k, "ahead", np.zeros((4, 4, 3), np.uint8)),
+                                  rng=rng())  # fmt: skip
+    assert state.task == "watch"
 
 
 def test_nothing_is_said_where_nothing_is_to_be_said():

@@ -46,6 +46,7 @@ CALLS = {
         ROBOT, STATE, robot.Reading(1.0, "wheels", STEP), rng=rng()
     ),
     robot.DayRobot.carried: lambda: call(ROBOT, LEARNED, rng=rng()),
+    robot.DayRobot.put: lambda: call(ROBOT, LEARNED, "watch", np.array([1.0, 0.1, 0.1])),
     robot.DayRobot.route: lambda: call(ROBOT, replace(LEARNED, end=0)),
     robot.clear_of: lambda: call(
         (0.4, 0.1), np.full(5, 0.5), np.linspace(-1, 1, 5), wide=0.8, far=0.9
