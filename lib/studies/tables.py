@@ -182,8 +182,17 @@ def _checked(cell: object) -> Cell:
     return int(cell) if float(cell).is_integer() else float(cell)
 
 
+_MOST = 6  # significant digits of the ends of an interval
+
+
 def _shown(cell: Cell, digits: int) -> str:
-    """Return a cell as text: counts whole, other numbers with so many significant digits."""
+    """Return a cell as text: counts whole, other numbers with so many significant digits.
+
+    Examples
+    --------
+    >>> _shown(Interval(1.0, 0.9984, 1.0, ""), 2)
+    '1.0 [0.998, 1.00]'
+    """
     if cell is None:
         return "–"
     if isinstance(cell, str):
@@ -191,8 +200,12 @@ def _shown(cell: Cell, digits: int) -> str:
     if isinstance(cell, Interval):
         if cell.low == cell.high:
             return _rounded(cell.estimate, digits)
-        ends = (_rounded(end, digits) for end in (cell.low, cell.high))
-        return f"{_rounded(cell.estimate, digits)} [{', '.join(ends)}]"
+        low, high = (_rounded(end, digits) for end in (cell.low, cell.high))
+        more = digits
+        while low == high and more < _MOST:  # "1.0 [1.0, 1.0]" would hide that it has a width
+            more += 1
+            low, high = (_rounded(end, more) for end in (cell.low, cell.high))
+        return f"{_rounded(cell.estimate, digits)} [{low}, {high}]"
     return str(cell) if isinstance(cell, int) else _rounded(cell, digits)
 
 
