@@ -8,6 +8,7 @@ from collections import Counter
 from functools import partial
 from math import comb, prod, sqrt
 from random import Random
+from types import SimpleNamespace
 
 import click
 import cv2
@@ -545,14 +546,17 @@ def short_day(monkeypatch):
     """A day of two moments, in which the second act fails."""
     from robot_perception.chapters.companion_day import acts as day_acts
     from robot_perception.cli import day_report
-    from robot_perception.day.robot import DayInfo, DayState
+    from robot_perception.day.robot import DayInfo, DayState, Reading
 
     class Short:
         def __init__(self, seed, without=frozenset()):
             self.outcomes, self.onto, self.without = [], np.zeros(3), without
             self.building = make_building(rng=np.random.default_rng(seed))
+            self.time, self.robot = 0.6, SimpleNamespace(step=lambda *rest, rng: rest)
 
         def run(self):
+            if hasattr(self.robot, "told"):  # it is clocked
+                assert self.robot.step(1, Reading(0.0, "laser", np.ones(3)), rng=None)[0] == 1
             for k, act in enumerate(day_acts.ACTS[:2]):
                 seen = partial(np.full, (24, 32, 3)[: 3 - k], 80, dtype=np.uint8)
                 yield day_acts.Moment(
@@ -569,7 +573,10 @@ def test_a_day_is_told_act_by_act_and_written_down(run, short_day, tmp_path):
     film, log = tmp_path / "day.mp4", tmp_path / "day.jsonl"
     done = run("day", "--seed", "5", "--without", "arms", "--film", film, "--log", log)
     assert done.exit_code == 0, done.output
-    assert done.stdout.splitlines()[-2:] == ["reached  learn   as 1", "failed   find    as 1"]
+    learnt, found, laser, whole = done.stdout.splitlines()[-4:]
+    assert [learnt, found] == ["reached  learn   as 1", "failed   find    as 1"]
+    assert laser.split()[:3] == ["laser", "1", "readings,"]
+    assert whole.startswith("computes 0.0 s of a day of 0.6 s: 0.0")
     lines = [json.loads(line) for line in log.read_text("utf-8").splitlines()]
     assert [line["act"] for line in lines] == ["learn", "find"]
     assert lines[1]["truth"] == [3.0, 1.0, 0.1]

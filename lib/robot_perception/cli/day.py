@@ -57,10 +57,12 @@ def day(
         raise click.UsageError("a film or a log is of one day: leave out --days")
     from robot_perception.cli import day_report
 
+    times: list[str] = []
     if days == 1:
-        found = {seed: day_report.one(seed, frozenset(without), film, log)}
+        ends, times = day_report.one(seed, frozenset(without), film, log)
+        found = {seed: ends}
     else:
         with working(workers, dask, ray):
             found = day_report.many(range(seed, seed + days), frozenset(without))
-    for line in day_report.table(found):
+    for line in (*day_report.table(found), *times):
         click.echo(line)

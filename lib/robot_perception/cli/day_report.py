@@ -1,6 +1,7 @@
 """Report of a day of the robot: a table of its acts, a log, and a film."""
 
 import json
+import time
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
@@ -14,6 +15,7 @@ from tqdm import tqdm
 
 from robot_perception.book.companion_day import day_of
 from robot_perception.chapters.companion_day.acts import ACTS, TICK, Day, Moment, Outcome
+from robot_perception.day.robot import DayRobot, Reading
 from robot_perception.geometry import se2
 from studies.sweep import sweep
 
@@ -24,9 +26,41 @@ _EVERY = 3  # steps from one picture of the film to the next
 _INK, _TRUE, _BELIEVED, _PEOPLE = (70, 70, 70), (30, 120, 30), (200, 90, 20), (60, 60, 200)  # BGR
 
 
-def one(seed: int, without: frozenset[str], film: Path | None, log: Path | None) -> list[Outcome]:
-    """Run one day with a bar, write its film and log, and return how its acts ended."""
+class Clocked:
+    """A robot that counts its readings by sensor, and the seconds of this process they take."""
+
+    def __init__(self, robot: DayRobot) -> None:
+        self.robot = robot
+        self.readings: Counter[str] = Counter()
+        self.seconds: Counter[str] = Counter()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.robot, name)
+
+    def step(self, state: Any, reading: Reading, *, rng: np.random.Generator) -> tuple[Any, Any]:
+        """Return what the robot makes of a reading."""
+        start = time.process_time()
+        found = self.robot.step(state, reading, rng=rng)
+        self.readings[reading.sensor] += 1
+        self.seconds[reading.sensor] += time.process_time() - start
+        return found
+
+    def told(self, lasted: float) -> Iterator[str]:
+        """Yield a line for each sensor, and how long the computing took beside the day."""
+        for sensor, seconds in self.seconds.most_common():
+            each = 1000 * seconds / self.readings[sensor]
+            yield f"{sensor:9s} {self.readings[sensor]:5d} readings, {each:7.2f} ms each"
+        whole = sum(self.seconds.values())
+        share = f"{whole / lasted:.2f} of real time"
+        yield f"computes {whole:.1f} s of a day of {lasted:.1f} s: {share}"
+
+
+def one(
+    seed: int, without: frozenset[str], film: Path | None, log: Path | None
+) -> tuple[list[Outcome], list[str]]:
+    """Run one day with a bar, and write its film and log; return its ends, and its times."""
     today = day_of(seed, without=without)
+    today.robot = Clocked(today.robot)
     with ExitStack() as stack:
         lines = None if log is None else stack.enter_context(log.open("w", encoding="utf-8"))
         shown = None if film is None else stack.enter_context(Film(film, today))
@@ -38,7 +72,7 @@ def one(seed: int, without: frozenset[str], film: Path | None, log: Path | None)
                 lines.write(json.dumps(noted(today, moment)) + "\n")
             if shown is not None and step % _EVERY == 0:
                 shown.add(moment)
-    return today.outcomes
+    return today.outcomes, [*today.robot.told(today.time)]
 
 
 def many(seeds: Sequence[int], without: frozenset[str]) -> dict[int, list[Outcome]]:
