@@ -140,7 +140,7 @@ def distance_by_angle(ax: Axes, table: Table, other: Interval, alike: Interval) 
     alt="Three panels: the share of the features that are recognised against turn, nearness and "
     "light. SIFT loses a sixth by a turn, a third by the distance, and most in bright light; what "
     "lacks SIFT's remedy against the change falls to nearly nothing.",
-    caption="Features that are recognised after a change. Above: SIFT. Below: the same features "
+    caption="Features that are recognised after a change. Upper curves: SIFT. Lower: the same ones "
     "with descriptors that lack what SIFT does against this change: they are not turned upright, "
     "are of patches of one size, or are the grey values. Bands: 95 % over albums of pictures.",
     cols=3,
@@ -159,7 +159,7 @@ def invariant(axes: np.ndarray, found: Mapping[str, tuple[Sequence, list, list]]
 @drawn(
     name="sift-rules",
     alt="Share of right matches against the threshold: between 88 and 97 percent, falling with the "
-    "threshold, and highest within two rows.",
+    "threshold, and higher within two rows than in any row but at the last threshold.",
     caption="Matches that are right, by threshold and number of rows, over twenty buildings.",
     height=3.6,
 )

@@ -115,8 +115,8 @@ def drives(ax: Axes, errors: Mapping[str, Sequence[float]], shown: Mapping[str, 
 
 @drawn(
     name="slam-mends",
-    alt="Seven rows of six dots on one axis: the wheels alone, the filter as printed, with each of "
-    "three mends, with all three, and with names told as well.",
+    alt="Six rows of six dots on one axis: the wheels alone, the filter as printed, with each of "
+    "two mends, with both, and with names told as well.",
     caption="Dots: six drives through buildings of six plans, each by how far the path is off. "
     "Rings: their mean.",
     width=6.4,
