@@ -101,7 +101,6 @@ class Says:
         factor: Factors | Mapping[str, Place],
         *names: str,
         across: Factors = (),
-        above: Mapping[str, Mapping[str, Say]] | None = None,
         below: Mapping[str, Mapping[str, Say]] | None = None,
         corner: str | None = None,
         about: str | None = None,
@@ -119,8 +118,8 @@ class Says:
             unit of its numbers, as in "end (m)".
         across
             Factors whose levels are columns, too; of one measure they are the names.
-        above, below
-            Rows before and after: by their name, what they say in place of some measures.
+        below
+            Rows after these: by their name, what they say in place of some measures.
         corner, about
             What stands in the corner, and beside the numbers.
         **levels
@@ -134,7 +133,6 @@ class Says:
             places = _places(rows, across, levels)
             own = factor if isinstance(factor, Mapping) else _places(rows, factor, levels)
             lines: list[tuple[str, Place, Mapping[str, Say]]] = [
-                *((name, {}, says) for name, says in (above or {}).items()),
                 *((name, place, chosen) for name, place in own.items()),
                 *((name, {}, says) for name, says in (below or {}).items()),
             ]
