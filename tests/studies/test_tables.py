@@ -36,6 +36,13 @@ def test_digits_are_those_asked_for_and_one_end_is_shown_if_the_other_is_the_num
     assert one.text().splitlines()[1].split("  ")[1:] == ["1.0 [1.0, 2.0]", "2.0 [1.0, 2.0]"]
 
 
+def test_an_interval_that_has_a_width_shows_it():
+    near = Table({"r": [Interval(1.0, 0.9981, 1.0), Interval(0.5, 0.49999999, 0.5)]},
+                 {"a": "", "b": ""})  # fmt: skip
+    assert near.text().splitlines()[1].split("  ")[1:] == ["1.0 [0.998, 1.00]",
+                                                           "0.50 [0.500000, 0.500000]"]  # fmt: skip
+
+
 def test_html_defines_columns_escapes_and_marks_what_to_compare():
     html = ENDS.show(bold=["NEES", ("plain", "runs")]).bundle["text/html"]
     assert "<strong>5400</strong>" in html
