@@ -403,16 +403,24 @@ class Day:
         """Let the tutor point at a door, and the robot choose it."""
         doors = self.building.office.doors[:, 0]
         gap = doors[:, 0] - self.tutor[0]
-        which = int(self.ways.choice(np.flatnonzero((gap < 0.6) & (gap > -6.0))))
-        images = pointing(
-            self.building,
-            self.people[3],
-            self.tutor,
-            self.place,
-            doors[which],
-            CAMERA,
-            rng=self.noise,
-        )
+        near = np.flatnonzero((gap < 0.6) & (gap > -6.0)).tolist()
+        first = int(self.ways.choice(near))
+        self.wish, images = f"door {first}", []
+        for which in (first, *(k for k in near if k != first)):
+            try:
+                images = pointing(
+                    self.building,
+                    self.people[3],
+                    self.tutor,
+                    self.place,
+                    doors[which],
+                    CAMERA,
+                    rng=self.noise,
+                )
+            except ValueError:  # no arm points there, or the robot looks elsewhere
+                continue
+            self.wish = f"door {which}"
+            break
         for image in map(self.seen, images):
             self.time += 1 / 15
             info = self.tell("ahead", image)
@@ -421,8 +429,8 @@ class Day:
             )
             if self.state.task != "watch":
                 break
-        self.wish, target = f"door {which}", self.state.target
-        right = target == self.wish
+        target = self.state.target
+        right = bool(images) and target == self.wish
         self.ended("point", right, f"it goes to {target or 'no door'}, sent to {self.wish}")
 
 

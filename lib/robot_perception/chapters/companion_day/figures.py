@@ -19,6 +19,18 @@ from robot_perception.geometry import se2
 from studies.intervals import Interval
 
 FPS = 4
+ASKED = {
+    "learn": ("stereo SLAM, walls,", "mosaic of the ceiling"),
+    "find": ("Monte Carlo localisation",),
+    "hall": ("key images of the ceiling",),
+    "guide": ("laser, sonars, fisheye;", "the ceiling for the pose"),
+    "tutor": ("face and link",),
+    "follow": ("hand; head and trunk",),
+    "halt": ("open hand",),
+    "point": ("two arms",),
+    "go": ("key images of the ceiling",),
+}
+"""Systems that are asked in an act, in two lines."""
 _AHEAD = 0.6  # length of the line that says where a robot looks, m
 _SHOWN = (1.5, 20.5, -0.4, 3.2)  # of the corridor: low and high x, low and high y, m
 _TURN = np.linspace(0, 2 * np.pi, 25)
@@ -117,12 +129,15 @@ def frames(told: Mapping[str, Any]) -> Iterator[Figure]:
         shown = cv2.imdecode(told["jpeg"][first[k] : first[k + 1]], cv2.IMREAD_COLOR)
         eye.clear()
         picture(eye, shown[..., ::-1])
+        eye.set_axis_off()
         words.clear()
         words.set_axis_off()
         words.set(xlim=(0, 1), ylim=(0, 1))
         minutes, seconds = divmod(int(time), 60)
         label(words, 0.0, 0.86, f"{minutes}:{seconds:02d}   act: {act}", MEANING["truth"])
-        label(words, 0.0, 0.62, told["words"][k], MEANING["estimate"])
+        label(words, 0.0, 0.66, told["words"][k], MEANING["estimate"])
+        for line, text in enumerate(ASKED[act]):
+            label(words, 0.0, 0.44 - 0.16 * line, text, MEANING["expected"])
         corridor(above, told["walls"])
         there = told["people"][k]
         above.plot(*there.T, "o", color=MEANING["readings"], markersize=7)
@@ -138,9 +153,7 @@ def corridor(ax: Axes, walls: np.ndarray) -> Axes:
     low, high, south, north = _SHOWN
     ax.set(xlim=(low, high), ylim=(south, north))
     ax.set_aspect("equal")
-    ax.set_xticks([])
-    ax.set_yticks([])
-    ax.grid(visible=False)
+    ax.set_axis_off()
     return ax
 
 
@@ -175,6 +188,7 @@ def ledger(ax: Axes, found: np.ndarray, acts: Sequence[str]) -> Axes:
     "system (filled) and without it (open), with 95 % intervals over days.",
     width=6.4,
     height=4.2,
+    gridspec_kw={"left": 0.17, "right": 0.98, "bottom": 0.14, "top": 0.97},
 )
 def worth(ax: Axes, found: Mapping[str, tuple[Interval, Interval, int]]) -> Axes:
     """Draw the share of good days with and without each system."""
@@ -186,8 +200,11 @@ def worth(ax: Axes, found: Mapping[str, tuple[Interval, Interval, int]]) -> Axes
             colour = MEANING[meaning]
             ax.plot([of.low, of.high], [at, at], color=colour, linewidth=1.2)
             ax.plot(of.estimate, at, "o", color=colour, markersize=7, markerfacecolor=face)
+    first = next(iter(found.values()))
+    label(ax, first[0].estimate, -0.42, "with it", MEANING["agreement"], ha="center")
+    label(ax, first[1].estimate, 0.5, "without", MEANING["estimate"], ha="center")
     ax.set_yticks(range(len(found)), list(found))
-    ax.set(ylim=(len(found) - 0.5, -0.5), xlim=(-0.03, 1.03), xlabel="share of the days")
+    ax.set(ylim=(len(found) - 0.5, -0.8), xlim=(-0.03, 1.03), xlabel="share of the days")
     return ax
 
 
