@@ -40,13 +40,15 @@ TECHNICAL = """
 """
 SMALL = """
     a after all am an and another are at by can eight for four from has he him his how hundred i
-    in is it its like many me must not of on one or our round that the they this three to two
+    in is it its like many me must not of on one or our round s that the they this three to two
+    every five
     what where which who whose why with you accurate asks checked choose compares exchanged
     finds follow keeps known makes remembers seen sets stay taken across behind raised right
     unknown wrong copies
 """
 PLAIN = """
-    angles arms camera ceiling committee corridor dimension doors eye hand head microphones motion
+    angles arms camera ceiling committee companion corridor day dimension doors eye floor hand head
+    microphones motion
     names opinions opponent paper parts people person price robot rule shape system walls
     ways witnesses world
     birchfield douglas peucker ramer
