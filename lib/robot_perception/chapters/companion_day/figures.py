@@ -57,8 +57,8 @@ def views(axes: Sequence[Axes], seen: Mapping[str, Any]) -> Sequence[Axes]:
     for ax, name, reach in zip(flat[4:], ("laser", "sonar"), (8.0, 3.0), strict=True):
         lines(ax, seen["walls"], MEANING["walls"], 1.0)
         bearings = np.linspace(*_spans(name), len(seen[name]))
-        ranges = np.where(np.isfinite(seen[name]), seen[name], np.nan)
-        ends = se2.act(seen["place"], _polar(ranges, bearings))
+        heard = np.isfinite(seen[name])
+        ends = se2.act(seen["place"], _polar(seen[name][heard], bearings[heard]))
         ax.plot(*ends.T, "o", color=MEANING["readings"], markersize=1.5 if name == "laser" else 4)
         _robot(ax, seen["place"], MEANING["robot"])
         x, y = seen["place"][:2]
