@@ -284,6 +284,7 @@ FUNCTIONS = {
     "w * H.T @ np.linalg.inv(C) @ H)",
     "world-trust": "lambda d: (1 + d / 15) ** 2",
     "parts-code": "lambda C, M: np.sqrt(C / C.sum() * M / M.sum()).sum()",
+    "day-rule": "ends_of",
     "parts-rule": "lambda C, M: (lambda c, m: -((c - m)**2 / (c + m + 1e-9)).sum())"
     "(C / C.sum(), M / M.sum())",
 }

@@ -50,7 +50,7 @@ ASKED = {
 }  # fmt: skip
 """Parts of a day in which a system is asked."""
 STRAINS = {"twin": ("attend",), "dark": ("attend", "point")}
-"""What makes a day harder, and in which parts: the stranger in the tutor's clothes, light fails."""
+"""Strains on a day, and the parts that they touch: a stranger in the tutor's clothes, dim light."""
 DIM = 0.25  # of the light, where it fails
 POST = 5.0  # where the robot waits for its tutor, m from the western end
 CAMERA = RobotCamera()

@@ -54,7 +54,7 @@ def views(axes: Sequence[Axes], seen: Mapping[str, Any]) -> Sequence[Axes]:
     for ax, name in zip(flat[:4], ("left eye", "ahead", "above", "fisheye"), strict=True):
         picture(ax, seen[name])
         ax.set_title(name)
-    for ax, name, reach in zip(flat[4:], ("laser", "sonar"), (8.0, 3.0), strict=True):
+    for ax, name, reach in zip(flat[4:], ("laser", "echoes"), (8.0, 3.0), strict=True):
         lines(ax, seen["walls"], MEANING["walls"], 1.0)
         bearings = np.linspace(*_spans(name), len(seen[name]))
         heard = np.isfinite(seen[name])
@@ -100,11 +100,11 @@ def film_of(told: Mapping[str, Any], name: str | None = "day-film") -> Shown:
         fps=FPS,
         name=name,
         poster=_poster(told),
-        alt="A corridor from above, in which a green robot goes to and fro, and a red one, where "
+        alt="A corridor from above, in which a robot goes to and fro, and a red one, where "
         "it takes itself to be, stays on it; above, what its camera shows: posters, the ceiling, "
         "people round it, a tutor who raises a hand and points. Words say act and state.",
         caption="A day of the robot, in nine acts. Above left: what the camera shows that is "
-        "asked. Below, the corridor from above: the robot (green), where it takes itself to be "
+        "asked. Below, the corridor from above: the robot (dark), where it takes itself to be "
         f"(red), and people (blue). {end}",
     )
 
@@ -141,7 +141,7 @@ def frames(told: Mapping[str, Any]) -> Iterator[Figure]:
         corridor(above, told["walls"])
         there = told["people"][k]
         above.plot(*there.T, "o", color=MEANING["readings"], markersize=7)
-        _robot(above, told["robot"][k], MEANING["agreement"], linewidth=2.0)
+        _robot(above, told["robot"][k], MEANING["truth"], linewidth=2.0)
         _robot(above, told["believed"][k], MEANING["estimate"], linewidth=1.2)
         yield fig
 
@@ -213,7 +213,7 @@ def blinded(ax: Axes, now: Any) -> Axes:
     corridor(ax, now.walls)
     for part in np.unique(now.steps[:, 0]):
         some = now.steps[now.steps[:, 0] == part]
-        ax.plot(*some[:, 1:3].T, color=MEANING["agreement"], linewidth=2.0)
+        ax.plot(*some[:, 1:3].T, color=MEANING["truth"], linewidth=2.0)
         ax.plot(*some[:, 3:5].T, color=MEANING["estimate"], linewidth=1.4, linestyle="--")
     good = sum(right for _, right, _ in now.ends)
     ax.set_title(f"{good} of {len(now.ends)} acts reach their goals")
