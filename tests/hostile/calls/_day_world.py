@@ -7,6 +7,7 @@ import numpy as np
 from data_synth import stereo
 from data_synth.companion import hall
 from data_synth.day import acts, building
+from data_synth.people.world import World
 from tests.hostile.sweep import call
 
 CAMERA = hall.RobotCamera(60.0, (24, 32), 1.3)
@@ -48,3 +49,14 @@ CALLS = {
     ),
     acts.portrait: lambda: call(floor(), somebody(), CAMERA, rng=rng()),
 }  # fmt: skip
+
+INNER = {
+    acts.clear_the_way,
+    acts.guided_tour,
+    acts.led_path,
+    acts.make_someone,
+    acts.tutor_comes,
+    building.Building.overhead,
+    World,
+}
+"""What the acts of a day alone call, with what they have made."""

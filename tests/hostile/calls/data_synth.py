@@ -246,3 +246,5 @@ CALLS = (
     | _arms_world.CALLS
     | _day_world.CALLS
 )
+
+INNER = _day_world.INNER
