@@ -1,0 +1,157 @@
+"""What a page asks its reader to try is there: names, studies, factors; and it computes.
+
+*Try it* lines name code between backticks. Each piece is read as Python: its names are those of the
+page, its studies take the keywords that they are given. The first trial that a reader would see is
+computed where trials of the study take little, in the whole proof elsewhere, too.
+"""
+
+import ast
+import builtins
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import pytest
+
+from studies.stored import recorded_rows
+from studies.trials import Trials
+from tests.book import pages
+from tests.book.computing import COMPUTING, FURTHER, code_cells, module
+from tests.unchecked import unchecked
+
+CODE = re.compile(r"`([^`]+)`")
+BEGINS = "*Try it.*"
+SHORT, LONG = 0.5, 120.0
+"""What a trial may take that is computed in `make test`, and in `make test-all`, s."""
+FEWEST = 120
+"""So many pieces of code are read at least: the book has more."""
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """Code that a *Try it* line names.
+
+    Parameters
+    ----------
+    stem
+        The page.
+    cell
+        Identifier of the cell of the line.
+    code
+        What stands between the backticks.
+    """
+
+    stem: str
+    cell: str
+    code: str
+
+    @property
+    def id(self) -> str:
+        """What tests of it are called."""
+        return f"{self.stem}-{self.cell}"
+
+    def tree(self) -> ast.Module | None:
+        """Parse it; ``None`` if it is a word, a value or a part of a line."""
+        try:
+            tree = ast.parse(self.code)
+        except SyntaxError:
+            return None
+        line = tree.body[0] if len(tree.body) == 1 else None
+        return None if isinstance(line, ast.Expr) and isinstance(line.value, ast.Constant) else tree
+
+
+@cache
+def pieces() -> tuple[Piece, ...]:
+    """Return what the pages ask their readers to try."""
+    return tuple(
+        Piece(stem, cell.id, code)
+        for stem, cell in pages.cells("markdown")
+        for line in cell.source.splitlines()
+        if BEGINS in line
+        for code in CODE.findall(line.partition(BEGINS)[2])
+    )
+
+
+@cache
+def names(stem: str) -> frozenset[str]:
+    """Return what the code of a page names, and its keywords."""
+    found: set[str] = set()
+    for cell in code_cells(stem):
+        for node in ast.walk(ast.parse(cell.source)):
+            named = ("id", "arg", "asname", "name", "attr", "value")
+            found |= {word for n in named if isinstance(word := getattr(node, n, None), str)}
+    return frozenset(found)
+
+
+def missing(piece: Piece) -> set[str]:
+    """Return the names of a piece that its page does not have."""
+    tree = piece.tree()
+    if tree is None:
+        return set()
+    used = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
+    used -= {name for name in used if f"{name}=" in piece.code}  # a keyword that is to be added
+    return used - names(piece.stem) - vars(builtins).keys()
+
+
+def variants(piece: Piece) -> Iterator[Trials]:
+    """Yield the studies that a piece runs, as it changes them.
+
+    Raises
+    ------
+    Exception
+        Whatever its reader would see: a keyword that the study has not, a name that is nowhere.
+    """
+    tree = piece.tree()
+    space = vars(module(piece.stem)) if tree and piece.stem in COMPUTING else {}
+    for node in ast.walk(tree) if tree else ():
+        match node:
+            case ast.Call(func=ast.Attribute(value=owner, attr="run"), keywords=keywords):
+                study = _value(owner, space)
+                if isinstance(study, Trials):
+                    levels = {word.arg: _value(word.value, space) for word in keywords}
+                    yield study.but(**levels) if levels else study
+
+
+def _value(node: ast.expr, space: dict[str, Any]) -> Any:
+    """Return the value of an expression in a namespace."""
+    return eval(compile(ast.Expression(node), "Try it", "eval"), dict(space))
+
+
+def seconds(study: Trials) -> float:
+    """Return what a trial of a study takes as it is recorded, at most, s."""
+    return max(most for _, most in recorded_rows.seconds(study.stem, study.name).values())
+
+
+def tried() -> Iterator[Any]:
+    """Yield a piece for each study that it runs, with a mark where that takes a while."""
+    for piece in pieces():
+        for study in variants(piece):
+            if (least := seconds(study)) < LONG:
+                marks = [pytest.mark.slow] if least > SHORT else []
+                yield pytest.param(study, id=f"{piece.id}-{study.name}", marks=marks)
+
+
+@pytest.mark.parametrize("stem", [*COMPUTING, *FURTHER])
+def test_names_of_what_is_tried_are_those_of_the_page(stem: str):
+    of_page = [piece for piece in pieces() if piece.stem == stem]
+    wrong = {piece.code: missing(piece) for piece in of_page if missing(piece)}
+    assert not wrong
+
+
+@pytest.mark.parametrize("stem", COMPUTING)
+def test_studies_take_what_is_tried(stem: str):
+    for piece in (piece for piece in pieces() if piece.stem == stem):
+        for study in variants(piece):
+            assert next(study.trials()), piece
+
+
+@pytest.mark.parametrize("study", [*tried()])
+def test_first_trial_of_what_is_tried_computes(study: Trials):
+    with unchecked():
+        assert study.trial(**next(study.trials()))
+
+
+def test_most_pieces_are_code():
+    assert sum(piece.tree() is not None for piece in pieces()) >= FEWEST
