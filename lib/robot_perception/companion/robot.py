@@ -139,6 +139,9 @@ class RobotRules:
         Pictures without a hand after which a hand is a new one.
     fresh
         Whether the hand that ends the following must have been down before.
+    waits
+        Whether the robot stands while the person whom it follows is taken to be hidden. Otherwise
+        it drives after the tracker's estimate, which somebody who passes carries along.
     """
 
     link: LinkRules = field(default_factory=lambda: LinkRules(patience=40))
@@ -146,6 +149,7 @@ class RobotRules:
     hand_window: Positive = 5.0
     down: Annotated[int, from_to(1, 10**6)] = 5
     fresh: bool = True
+    waits: bool = True
     __post_init__ = checked
 
 
@@ -329,7 +333,7 @@ class CompanionRobot:
             state = self._entered(state, image, rng)
         state = replace(state, fresh=state.fresh or state.quiet >= self.rules.down)
         face = None if held is None else faces[held].box
-        command = self._command(state, face, image.shape[1])
+        command = self._command(state, face, image.shape[1], hidden)
         return state, RobotInfo(faces, held, hands, hidden, told, command)
 
     def _tracked(
@@ -413,10 +417,12 @@ class CompanionRobot:
             return replace(state, person=self.tracker.start(image, body, rng=rng), place=None)
         return replace(state, link=None, place=None) if state.name == "wait" else state
 
-    def _command(self, state: RobotState, face: Box | None, width: int) -> tuple[float, float]:
+    def _command(
+        self, state: RobotState, face: Box | None, width: int, hidden: bool
+    ) -> tuple[float, float]:
         """Return speed (m/s) and turn rate (rad/s): drive after the tutor, or turn to the face."""
         middle = (width - 1) / 2
-        if self.follower is None:
+        if self.follower is None or (hidden and self.rules.waits):
             return 0.0, 0.0
         if state.person is not None:
             left, _, wide, high = state.person.box

@@ -76,6 +76,7 @@ SENSORS = ("wheels", "pair", "overhead", "ahead", "laser", "sonar", "fisheye", "
 SYSTEMS = ("stereo", "ceiling", "laser", "sonar", "skin", "faces", "arms", "intersection")
 """Systems that can be left out; the wheels stand in for those that tell where the robot is."""
 _BESIDE = np.diag([0.06, 0.06, 0.03]) ** 2  # of a pose by the ceiling, m and rad
+_NEAR = 1.25, np.deg2rad(45.0)  # of a pattern to where it should be as a way begins, m and rad
 _ECHO = 0.3  # an echo so near to a wall of the map is nobody's, m
 _SPACING = 0.1  # of the points of a way, m
 _ALIKE = np.deg2rad(50.0)  # headings of one direction along the corridor
@@ -238,6 +239,8 @@ class DayRobot:
         In so many pairs in a row the robot must be located.
     looks
         In so many pictures arms are tracked before it is told where one points.
+    ahead
+        So many pictures of the way farther on it looks for the ceiling again after it was lost.
     without
         Systems that are left out, of `SYSTEMS`.
 
@@ -268,6 +271,7 @@ class DayRobot:
     errands: Mapping[str, str] = field(default_factory=lambda: {"ceiling": "hall", "guide": "post"})
     certain: Annotated[int, from_to(1)] = 3
     looks: Annotated[int, from_to(2)] = 40
+    ahead: Annotated[int, from_to(0)] = 10
     without: frozenset[str] = frozenset()
 
     def __post_init__(self) -> None:
@@ -489,10 +493,10 @@ class DayRobot:
             here = memory.nearest(state.pose.mean + np.array([0.0, 0.0, turned]), _ALIKE)
             if here is not None:
                 ways += [(end - here, here, end) for end in memory.passes(place) if end > here]
-        found = self._way(memory, sorted(ways))
-        if found is None:
+        if not ways:
             return replace(state, task="wait", command=(0.0, 0.0)), DayInfo(say="no way there")
-        here, end, navigator = found
+        nearest = min(ways)[1:]  # by the wheels, where no way has key images
+        here, end, navigator = self._way(memory, sorted(ways)) or (*nearest, None)
         sent = replace(state, task=task, navigator=navigator, replay=None, end=end, target=place)
         ahead = float(memory.poses[here, 2])
         if abs(wrap_angle(ahead - state.pose.mean[2])) > _ALIKE:  # it turns first, by its wheels
@@ -525,14 +529,22 @@ class DayRobot:
     def _overhead(
         self, state: DayState, image: np.ndarray, rng: np.random.Generator
     ) -> tuple[DayState, ReplayInfo | None]:
-        """Return the state with its pose by the ceiling, too, and what was seen, if anything."""
-        replay = state.replay
+        """Return the state with its pose by the ceiling, too, and what was seen, if anything.
+
+        As a way begins patterns are looked for near where they should be by the pose, not anywhere:
+        one pattern may look like another.
+        """
+        replay, navigator = state.replay, state.navigator
+        if navigator is None:
+            return state, None
         if replay is None:
-            try:
-                replay = state.navigator.start(image, rng=rng)
-            except NoCommonPattern:
+            there = se2.compose(se2.inverse(state.memory.onto), state.pose.mean)
+            rules = replace(navigator.rules, search=_NEAR[0] / self.mapper.scale, turn=_NEAR[1])
+            begun = replace(navigator, rules=rules)
+            replay, first = begun.step(ReplayState({}, there), image, rng=rng)
+            if not first.sightings:
                 return state, None
-        replay, info = state.navigator.step(replay, image, rng=rng)
+        replay, info = navigator.step(replay, image, rng=rng)
         state = replace(state, replay=replay)
         if info.sightings:
             fix = Gaussian(se2.compose(state.memory.onto, replay.pose), _BESIDE)
@@ -542,16 +554,16 @@ class DayRobot:
     def _below(
         self, state: DayState, reading: Reading, rng: np.random.Generator
     ) -> tuple[DayState, DayInfo]:
-        """Drive from key image to key image."""
+        """Drive from key image to key image, and by the wheels where none of them is seen."""
         if reading.sensor != "overhead" or "ceiling" in self.without:
             return state, DayInfo(state.command)
         state, info = self._overhead(state, reading.value, rng)
-        if info is None:
-            return self._arrived(state, "lost")
+        if info is None or info.status == "lost":
+            return self._pursued(self._along(state, 0, state.end))
         state = replace(state, command=info.command)
         if info.status == "driving":
             return state, DayInfo(info.command, told={"key": state.replay.key})
-        return self._arrived(state, info.status)
+        return self._arrived(state)
 
     def _joined(self, pose: Gaussian, fix: Gaussian) -> Gaussian:
         """Return the pose by the wheels and by another system together."""
@@ -561,10 +573,8 @@ class DayRobot:
         omega = areas[0] / (areas[0] + areas[1])  # eq. (4) of 002: more of the surer one
         return covariance_intersection(pose, fix, omega, angles=(2,))
 
-    def _arrived(self, state: DayState, status: str) -> tuple[DayState, DayInfo]:
-        """Return the state at the end of a way, or where it was lost."""
-        if status == "lost":
-            return replace(state, task="wait", command=(0.0, 0.0)), DayInfo(say="lost")
+    def _arrived(self, state: DayState) -> tuple[DayState, DayInfo]:
+        """Return the state at the end of a way."""
         after: Task = "guide" if state.task == "ceiling" else "wait"
         state = replace(state, task=after, command=(0.0, 0.0))
         return self._guiding(state) if after == "guide" else state, DayInfo(say="here")
@@ -574,7 +584,7 @@ class DayRobot:
         here = state.memory.nearest(state.pose.mean, _ALIKE)
         way = state.memory.poses[min(here or 0, state.end) : state.end + 1, :2]
         if np.hypot(*(way[-1] - state.pose.mean[:2])) < 0.2:
-            return self._arrived(state, "arrived")
+            return self._arrived(state)
         command = velocity(replace(STOP, speed=0.4), state.pose.mean, way)
         return replace(state, command=command), DayInfo(command)
 
@@ -608,9 +618,12 @@ class DayRobot:
 
     def _below_way(self, state: DayState) -> DayState:
         """Return the state in which the ceiling of the rest of the guide's way is looked for."""
-        first, last = self._tour(state)
+        return self._along(state, *self._tour(state))
+
+    def _along(self, state: DayState, first: int, last: int) -> DayState:
+        """Return the state in which the ceiling of the rest of a way is looked for."""
         here = state.memory.nearest(state.pose.mean, _ALIKE)
-        here = first if here is None else min(max(here, first), last - 1)
+        here = first if here is None else min(max(here + self.ahead, first), last - 1)
         found = self._way(state.memory, [(last - here, here, last)])
         return replace(state, navigator=None if found is None else found[2], replay=None)
 
@@ -620,9 +633,7 @@ class DayRobot:
         """Take what a sensor says of people to the committee."""
         pose, found, skin = state.pose.mean, None, state.skin
         if reading.sensor == "overhead" and "ceiling" not in self.without:
-            info = None
-            if state.navigator is not None:
-                state, info = self._overhead(state, reading.value, rng)
+            state, info = self._overhead(state, reading.value, rng)
             if info is None or info.status == "lost":
                 state = self._below_way(state)
             return state, DayInfo(state.command)
