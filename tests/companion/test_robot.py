@@ -247,6 +247,25 @@ def test_who_is_hidden_for_long_is_lost(sees):
     assert state.link is None
 
 
+def test_it_stands_while_its_tutor_is_hidden_if_it_waits(sees):
+    machine, sees["hands"] = robot(), ABOVE[None]
+    began = run(machine, idle_without_hand(machine, sees), 3)[0]
+    sees["hands"], blank = NONE, np.zeros_like(IMAGE)
+    asked = replace(began, person=replace(began.person, particles=aside(began.person.particles)))
+    info = run(machine, asked, 1, blank)[1]
+    assert info.hidden
+    assert info.command == (0.0, 0.0)
+    info = run(replace(machine, rules=RobotRules(waits=False)), asked, 1, blank)[1]
+    assert info.hidden
+    assert info.command[1] < 0
+    assert run(machine, asked, 1)[1].command != (0.0, 0.0)  # who is seen is followed
+
+
+def aside(particles):
+    """Return particles that stand 10 px farther to the right."""
+    return replace(particles, states=np.add(particles.states, [10.0, 0.0, 0.0, 0.0]))
+
+
 def test_a_kalman_filter_says_where_the_face_is_looked_for(sees):
     machine = robot(face_tracking=FaceTracker())
     state = idle(machine)

@@ -1,6 +1,6 @@
 """One loop for all sensors: wheels, tasks, and the place at which somebody points."""
 
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,6 +9,7 @@ import pytest
 from robot_perception.arms.body_model import BodyModel
 from robot_perception.beliefs import Gaussian
 from robot_perception.cameras import Pinhole
+from robot_perception.ceiling.mapping import MapRules
 from robot_perception.companion.robot import CompanionRobot
 from robot_perception.day import robot as day
 from robot_perception.day.memory import Memory
@@ -181,33 +182,87 @@ def test_the_shorter_way_is_taken_and_first_it_turns_into_it(robot, no_view):
     assert (ahead.task, ahead.end) == ("return", 5)
 
 
-def test_one_pattern_leads_where_the_ceiling_is_bare_and_none_leads_nowhere(robot, no_view):
-    state, _ = robot.put(knowing(robot), "return", np.array([0.1, 0.0, 0.1]), "door 1")
+def test_one_pattern_leads_where_the_ceiling_is_bare_and_the_wheels_where_it_shows_none(
+    robot, no_view
+):
+    there = np.array([0.1, 0.0, 0.1])
+    state, _ = robot.put(knowing(robot), "return", there, "door 1")
     assert len(state.navigator.route) >= 2  # though two patterns are wanted
     other = tuple({("a" if k % 82 < 3 else "b"): one["a"]} for k, one in enumerate(SEEN))
-    lost, info = robot.put(knowing(robot, other), "return", np.array([0.1, 0.0, 0.1]), "door 1")
-    assert (lost.task, info.say) == ("wait", "no way there")
+    state, info = robot.put(knowing(robot, other), "return", there, "door 1")
+    assert (state.task, info.say, state.navigator) == ("return", "to door 1", None)
+    state, info = robot.step(state, LOOK, rng=rng())
+    assert info.command[0] > 0.1
+    there = replace(state, pose=Gaussian(BACK[5], state.pose.cov), navigator=None)
+    end, info = robot.step(there, LOOK, rng=rng())
+    assert (end.task, info.say) == ("wait", "here")
+
+
+LOOK = Reading(0.1, "overhead", np.zeros((4, 4), np.uint8))
+
+
+@dataclass(frozen=True)
+class View:
+    """What looks at the ceiling: it notes how it is asked, and says what it is told to say."""
+
+    says: SimpleNamespace
+    rules: MapRules = field(default_factory=MapRules)
+    asked: list = field(default_factory=list)
+
+    def step(self, replay, image, *, rng):
+        self.asked.append((self.rules.search, replay.pose))
+        seen = SimpleNamespace(key=1, pose=np.array([1.0, 0.5, np.pi]))
+        return seen, self.says
 
 
 def test_the_ceiling_corrects_the_pose_of_a_guide(robot, monkeypatch):
     """The picture says that it is half a metre from where the wheels say; they meet between."""
-
-    class View:
-        def start(self, image, *, rng):
-            return SimpleNamespace(key=0)
-
-        def step(self, replay, image, *, rng):
-            replay = SimpleNamespace(key=1, pose=np.array([1.0, 0.5, np.pi]))
-            return replay, SimpleNamespace(sightings={"a": 1}, status="driving")
-
-    monkeypatch.setattr(day, "Navigator", lambda *rest, **words: View())
+    view = View(SimpleNamespace(sightings={"a": 1}, status="driving"))
+    monkeypatch.setattr(day, "Navigator", lambda *rest, **words: view)
     state, _ = robot.put(knowing(robot), "guide", np.array([1.0, 0.0, np.pi]), "hall")
     wide = replace(state, pose=Gaussian(state.pose.mean, np.diag([0.3, 0.3, 0.1]) ** 2))
-    look = Reading(0.1, "overhead", np.zeros((4, 4), np.uint8))
-    after, _ = robot.step(wide, look, rng=rng())
+    after, _ = robot.step(wide, LOOK, rng=rng())
     assert 0.4 < after.pose.mean[1] < 0.5
     blind = replace(robot, without=frozenset({"ceiling"}))
-    assert blind.step(wide, look, rng=rng())[0].pose is wide.pose
+    assert blind.step(wide, LOOK, rng=rng())[0].pose is wide.pose
+
+
+def test_patterns_are_looked_for_where_the_pose_says_they_are_first_in_a_wide_circle(
+    robot, monkeypatch
+):
+    view = View(SimpleNamespace(sightings={"a": 1}, status="driving", command=(0.2, 0.1)))
+    monkeypatch.setattr(day, "Navigator", lambda *rest, **words: view)
+    there = np.array([0.1, 0.0, 0.1])
+    state, _ = robot.put(knowing(robot), "return", there, "door 1")
+    state, info = robot.step(state, LOOK, rng=rng())
+    assert info.command == (0.2, 0.1)
+    (wide, pose), (usual, seen) = view.asked
+    np.testing.assert_allclose(se2.compose(state.memory.onto, pose), there, atol=1e-12)
+    assert wide * robot.mapper.scale == pytest.approx(1.25)
+    assert usual == MapRules().search
+    assert seen is not pose
+    robot.step(state, LOOK, rng=rng())
+    assert len(view.asked) == 3  # it has begun
+
+
+def test_where_the_ceiling_is_lost_it_goes_on_by_the_wheels_and_looks_farther_on(
+    robot, monkeypatch
+):
+    lost, routes = View(SimpleNamespace(sightings={}, status="lost", command=(0.0, 0.0))), []
+
+    def navigator(route, *rest, **words):
+        routes.append(route)
+        return lost
+
+    monkeypatch.setattr(day, "Navigator", navigator)
+    state, _ = robot.put(knowing(robot), "return", np.array([1.5, 0.0, 0.1]), "hall")
+    after, info = robot.step(state, LOOK, rng=rng())
+    assert (after.task, after.replay) == ("return", None)
+    assert info.command[0] > 0.1
+    assert len(routes) == 2
+    replace(robot, ahead=0).step(state, LOOK, rng=rng())
+    farther, here = (route[0].sightings["a"][0] for route in routes[1:])
+    assert farther - here == pytest.approx(5.0)  # ten pictures, half a pixel each
 
 
 def test_it_looks_at_arms_a_second_after_it_has_stopped_though_the_hand_is_down(robot):
