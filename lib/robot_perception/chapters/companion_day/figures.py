@@ -104,7 +104,7 @@ def film_of(told: Mapping[str, Any], name: str | None = "day-film") -> Shown:
         "it takes itself to be, stays on it; above, what its camera shows: posters, the ceiling, "
         "people round it, a tutor who raises a hand and points. Words say act and state.",
         caption="A day of the robot, in nine acts. Above left: what the camera shows that is "
-        "asked. Below, the corridor from above: the robot (dark), where it takes itself to be "
+        "asked. Below, the corridor from above: the robot, where it takes itself to be "
         f"(red), and people (blue). {end}",
     )
 
