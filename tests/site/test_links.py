@@ -12,6 +12,8 @@ from bs4 import BeautifulSoup
 from tests.site.contents import PAGES
 from tests.site.soup import LARGE, parsed
 
+TRACEBACK = 'class="output traceback'
+
 
 class Names(HTMLParser):
     """What a page names, and where it links."""
@@ -59,6 +61,12 @@ def test_no_page_of_the_library_shows_an_address_in_memory(site: Path) -> None:
     pages = [*(site / "library").glob("*.html")]
     assert pages
     assert not [page.name for page in pages if re.search(r"at 0x[0-9a-f]", page.read_text("utf-8"))]
+
+
+def test_no_page_shows_that_something_failed(site: Path) -> None:
+    """What cannot be displayed leaves a traceback, and its cell does not fail by it."""
+    failed = [page.name for page in site.glob("*.html") if TRACEBACK in page.read_text("utf-8")]
+    assert not failed
 
 
 def test_links_without_a_target_are_named(tmp_path: Path) -> None:
