@@ -43,8 +43,8 @@ _TURN = np.linspace(0, 2 * np.pi, 25)
     alt="Six views from one place of a corridor: a grey and a coloured picture with doors and "
     "posters, a painted ceiling with lamps, a round fisheye picture, a plan with the points of a "
     "laser along the walls, and one with the sectors of sonars.",
-    caption="One floor for all sensors, from one place. Above: left eye, camera ahead, camera "
-    "above. Below: fisheye, laser, sonars.",
+    caption="One floor for all sensors, from one place: left eye, camera ahead, camera above, "
+    "fisheye, laser, sonars.",
     width=6.8,
     height=4.4,
 )
@@ -174,7 +174,7 @@ def ledger(ax: Axes, found: np.ndarray, acts: Sequence[str]) -> Axes:
         ax.plot(bad, np.full(len(bad), k), "X", color=MEANING["estimate"], markersize=10)
         ax.text(found.shape[1] - 0.2, k, f"{len(good)} of {np.isfinite(row).sum()}", va="center")
     ax.set_yticks(range(len(acts)), acts)
-    ax.set(ylim=(len(acts) - 0.5, -0.5), xlim=(-0.6, found.shape[1] + 2.4), xlabel="day")
+    ax.set(ylim=(len(acts) - 0.5, -0.5), xlim=(-0.6, found.shape[1] + 4.5), xlabel="day")
     ax.set_xticks(range(0, found.shape[1], 5), range(1, found.shape[1] + 1, 5))
     ax.grid(visible=False)
     return ax
@@ -188,7 +188,7 @@ def ledger(ax: Axes, found: np.ndarray, acts: Sequence[str]) -> Axes:
     "system (filled) and without it (open), with 95 % intervals over days.",
     width=6.4,
     height=4.2,
-    gridspec_kw={"left": 0.17, "right": 0.98, "bottom": 0.14, "top": 0.97},
+    gridspec_kw={"left": 0.25, "right": 0.97, "bottom": 0.14, "top": 0.97},
 )
 def worth(ax: Axes, found: Mapping[str, tuple[Interval, Interval, int]]) -> Axes:
     """Draw the share of good days with and without each system."""
@@ -201,8 +201,11 @@ def worth(ax: Axes, found: Mapping[str, tuple[Interval, Interval, int]]) -> Axes
             ax.plot([of.low, of.high], [at, at], color=colour, linewidth=1.2)
             ax.plot(of.estimate, at, "o", color=colour, markersize=7, markerfacecolor=face)
     first = next(iter(found.values()))
-    label(ax, first[0].estimate, -0.42, "with it", MEANING["agreement"], ha="center")
-    label(ax, first[1].estimate, 0.5, "without", MEANING["estimate"], ha="center")
+    for of, at, word, meaning in zip(
+        first, (-0.42, 0.5), ("with it", "without"), ("agreement", "estimate"), strict=False
+    ):
+        side = "right" if of.estimate > 0.5 else "left"
+        label(ax, of.estimate, at, word, MEANING[meaning], ha=side)
     ax.set_yticks(range(len(found)), list(found))
     ax.set(ylim=(len(found) - 0.5, -0.8), xlim=(-0.03, 1.03), xlabel="share of the days")
     return ax
