@@ -200,12 +200,9 @@ def worth(ax: Axes, found: Mapping[str, tuple[Interval, Interval, int]]) -> Axes
             colour = MEANING[meaning]
             ax.plot([of.low, of.high], [at, at], color=colour, linewidth=1.2)
             ax.plot(of.estimate, at, "o", color=colour, markersize=7, markerfacecolor=face)
-    first = next(iter(found.values()))
-    for of, at, word, meaning in zip(
-        first, (-0.42, 0.5), ("with it", "without"), ("agreement", "estimate"), strict=False
-    ):
-        side = "right" if of.estimate > 0.5 else "left"
-        label(ax, of.estimate, at, word, MEANING[meaning], ha=side)
+    has, lacks = (of.estimate for of in next(iter(found.values()))[:2])
+    label(ax, has, -0.42, "with it", MEANING["agreement"], ha="right" if has > 0.5 else "left")
+    label(ax, lacks, 0.5, "without", MEANING["estimate"], ha="right" if lacks > 0.5 else "left")
     ax.set_yticks(range(len(found)), list(found))
     ax.set(ylim=(len(found) - 0.5, -0.8), xlim=(-0.03, 1.03), xlabel="share of the days")
     return ax
