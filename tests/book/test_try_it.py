@@ -26,7 +26,7 @@ BEGINS = "*Try it.*"
 SHORT, LONG = 0.5, 120.0
 """What a trial may take that is computed in `make test`, and in `make test-all`, s."""
 FEWEST = 120
-"""So many pieces of code are read at least: the book has more."""
+"""Fewest pieces of code that are read; the book has more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,16 +120,16 @@ def _value(node: ast.expr, space: dict[str, Any]) -> Any:
 
 
 def seconds(study: Trials) -> float:
-    """Return what a trial of a study takes as it is recorded, at most, s."""
+    """Return how long a trial of a study takes at most, as it is recorded, s."""
     return max(most for _, most in recorded_rows.seconds(study.stem, study.name).values())
 
 
 def tried() -> Iterator[Any]:
-    """Yield a piece for each study that it runs, with a mark where that takes a while."""
+    """Yield the studies that pieces run, marked as slow where a trial takes a while."""
     for piece in pieces():
         for study in variants(piece):
-            if (least := seconds(study)) < LONG:
-                marks = [pytest.mark.slow] if least > SHORT else []
+            if (most := seconds(study)) < LONG:
+                marks = [pytest.mark.slow] if most > SHORT else []
                 yield pytest.param(study, id=f"{piece.id}-{study.name}", marks=marks)
 
 

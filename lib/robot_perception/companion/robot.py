@@ -141,7 +141,7 @@ class RobotRules:
         Whether the hand that ends the following must have been down before.
     waits
         Whether the robot stands while the person whom it follows is taken to be hidden. Otherwise
-        it drives after the tracker's estimate, which somebody who passes carries along.
+        it drives after the tracker's estimate, which somebody who passes pushes aside.
     """
 
     link: LinkRules = field(default_factory=lambda: LinkRules(patience=40))
