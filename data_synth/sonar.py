@@ -1,9 +1,16 @@
-"""A ring of sonars: wide cones that lose slanted surfaces, hear clothes badly, and each other.
+r"""A ring of sonars with wide cones: they miss slanted surfaces and hardly hear clothes.
 
-A pulse leaves in a cone. Each of many rays in it brings back a share that depends on what it meets:
-a hard flat surface answers almost only along its normal, cloth answers to all sides but weakly. The
-echoes of a range bin add up, and the first bin that passes a threshold is the reading. Some pulses
-arrive at a neighbour, which reports half of the whole way.
+A pulse leaves in a cone of rays. A ray at angle α off the axis of a cone of opening Ω meets a
+surface at distance r and at slant ψ off its normal, and brings back the echo
+
+.. math:: e = \frac{g(\psi)\, \cos(\pi \alpha / \Omega)}{1 + r^2 / 4}, \qquad
+    g(\psi) = \begin{cases} e^{-(\psi / \psi_0)^2} & \text{hard} \\
+    c \cos\psi & \text{cloth} \end{cases}
+
+with :math:`\psi_0` the ring's ``mirror`` and c its ``cloth``. A hard surface answers almost only
+along its normal; cloth answers to all sides, but weakly. The echoes of a range bin add up, and the
+nearest one in the first bin above a threshold is the reading. Sometimes a sonar hears the pulse of
+its neighbour, and reports half of the whole way of that pulse.
 """
 
 from dataclasses import dataclass
@@ -13,36 +20,38 @@ import numpy as np
 from data_synth._checks import array, flags, generator, instance, number, whole
 from data_synth.outlines import cast_outlines
 
-_RAYS = 31  # of a cone
-_BIN = 0.05  # over which echoes add up, m
+_RAYS = 31  # in a cone
+_BIN = 0.05  # length of a range bin, m
 
 
 @dataclass(frozen=True, slots=True)
 class SonarRing:
-    """Sonars on a ring, equally spaced; all values but number, cone and cut are ours.
+    """Sonars on a ring, equally spaced. Count, cone and cut are the paper's, other values ours.
 
     Parameters
     ----------
     count
-        Sonars, counter-clockwise; the first looks back and half a spacing to the right.
+        Number of sonars, counter-clockwise; the first looks back, half a spacing to the robot's
+        right.
     radius
-        Of the ring, from which ranges count, m.
+        Radius of the ring, m; ranges are measured from the ring.
     cone
         Opening angle, rad.
     cut
-        Readings beyond it are infinite, m.
+        Longest range, m; farther readings are infinite.
     least
-        Nearest range that can be told from the pulse itself, m.
+        Shortest range, m; a nearer echo is lost in the pulse.
     mirror
-        How far off its normal a hard surface still answers, rad.
+        Slant at which the echo of a hard surface falls to 1/e, rad.
     threshold
-        Sum of echoes that counts as heard, rays.
+        Sum of echoes from which on a pulse counts as heard, in rays that come back whole.
     cloth
-        Share that cloth sends back, whatever the slant.
+        Share of a ray that cloth sends back along its normal; it falls with the cosine of the
+        slant.
     range_sigma
-        Deviation of a range, share of it.
+        Standard deviation of a range, as a share of it.
     loudness
-        Deviation of the logarithm of an echo.
+        Standard deviation of the logarithm of a sonar's gain, drawn anew at each reading.
     crosstalk
         Probability that a sonar also listens to the pulse of a neighbour.
     """
@@ -87,18 +96,18 @@ def ping(
     *,
     rng: np.random.Generator,
 ) -> np.ndarray:
-    """Return a reading of each sonar (count,), m from the ring; infinite where none heard.
+    """Return the range (count,) that each sonar reads, m from the ring; infinite without an echo.
 
     Parameters
     ----------
     ring
         The sonars.
     pose : (3,)
-        Of the robot: x, y, heading, m and rad.
+        Pose of the robot: x, y and heading, m and rad.
     faces, ellipses
-        What stands there: see :func:`data_synth.outlines.cast_outlines`.
+        Outlines of what stands there, as for :func:`data_synth.outlines.cast_outlines`.
     soft : (e,)
-        Which ellipses are clothed.
+        Whether each ellipse is clothed.
     rng
         Source of the noise.
     """
@@ -116,7 +125,7 @@ def ping(
         part.reshape(count, _RAYS)
         for part in cast_outlines(np.repeat(mounts, _RAYS, axis=0), rays, faces, ellipses)
     )
-    clothed = np.zeros(len(faces) + len(ellipses) + 1, dtype=bool)  # the last: nothing
+    clothed = np.zeros(len(faces) + len(ellipses) + 1, dtype=bool)  # entry -1: no hit
     clothed[len(faces) : -1] = soft
     answer = np.where(
         clothed[met], ring.cloth * np.cos(slant), np.exp(-((slant / ring.mirror) ** 2))
@@ -145,7 +154,7 @@ def _crosstalk(
     look: np.ndarray,
     rng: np.random.Generator,
 ) -> np.ndarray:
-    """Let some sonars hear the pulse of a neighbour first."""
+    """Return ranges of which some come from the pulse of a neighbour, where that echo is nearer."""
     count = ring.count
     listens = rng.random(count) < ring.crosstalk
     other = (np.arange(count) + rng.choice([-1, 1], count)) % count

@@ -1,7 +1,7 @@
-"""Sessions as studies stage them: who is there, what they do, and which sensors of the robot work.
+"""Sessions as studies stage them: the people, what they do, and which sensors of the robot work.
 
-A session follows from its `Config` alone: the same numbers are the same office, the same people and
-the same noise. What a sensor reports does not depend on which others take part.
+A session follows from its `Config` alone: equal values give the same office, the same people and
+the same noise. The noise of a sensor does not depend on which other sensors take part.
 """
 
 from collections.abc import Sequence
@@ -28,40 +28,41 @@ RIG = Rig()
 """The paper's robot with all its sensors at work."""
 
 _TRUTH = Rig(camera=Fisheye(size=8))
-"""Rig for what the sensors could know; the pixels of faces, which take long, are not asked for."""
+"""Rig with which the truth is computed; its camera is tiny, as no pixel of it is needed."""
 
-_NEVER = 60.0, 0.001  # when a sensor reads that takes no part, s, and how often after that, Hz
+_NEVER = 60.0, 0.001  # first reading, s, and rate, Hz, of a sensor that takes no part
 
 
 @dataclass(frozen=True, slots=True)
 class Config:
-    """One session: all that it follows from.
+    """Settings of a session; everything in it follows from them.
 
-    Paper: an office room, the robot standing in its middle, up to three people, no duration. Ours:
-    the office, three people and what they do.
+    The paper has an office room, the robot in its middle and up to three people, and names no
+    duration. The plan of the office, the number of people and their motion are our choice.
 
     Parameters
     ----------
     seed
-        Of office, people, what they do, and noise.
+        Seed of the office, the people, their decisions and the noise.
     duration
-        How long it takes, s.
+        Length of the session, s.
     robot
         ``"stands"`` in the middle of a room, or ``"drives"`` from room to room.
     lights_out
-        When all lamps go out, s; never if left out.
+        Time at which all lamps go out, s; never if not given.
     sensors
-        Which of `SENSORS` take part.
+        The sensors that take part, names of `SENSORS`.
     distractors
-        Whether there are table legs, chair legs, baskets, wood and cork.
+        Whether the office holds what detectors confuse with people: table legs, chair legs and
+        baskets like legs; wood and cork like skin.
     skirts
-        Whether one in ten people wears a long skirt, or nobody.
+        Whether each person wears a long skirt with a probability of one in ten; else nobody does.
     faces
-        Probability that somebody who stops looks at the robot.
+        Probability that a person who stops looks at the robot.
     leaves
-        Probability that the next goal of somebody is the way out.
+        Probability that a person's next goal is the way out.
     pace
-        Factor by which people walk slower or faster.
+        Factor of everybody's walking speed.
     """
 
     seed: int
@@ -91,7 +92,7 @@ class Config:
 
     @property
     def readings(self) -> int:
-        """Number of readings that its sensors take."""
+        """Number of readings that all sensors take together during the session."""
         used = rig(self.sensors)
         pairs = zip(used.delays, used.rates, strict=True)
         lasting = ((self.duration - delay, rate) for delay, rate in pairs)
@@ -99,12 +100,15 @@ class Config:
 
 
 def rig(sensors: Sequence[str], ring: SonarRing = RIG.ring) -> Rig:
-    """Return a robot with some sensors at work; those left out are silent for a minute at first.
+    """Return the paper's robot with some of its sensors at work.
+
+    A rig has no switch: a sensor that is left out reads first after a minute, and then once in a
+    thousand seconds. A session longer than a minute therefore holds a reading of it.
 
     Parameters
     ----------
     sensors
-        Which of `SENSORS`.
+        The sensors that take part, names of `SENSORS`.
     ring
         The sonars.
 
@@ -119,12 +123,12 @@ def rig(sensors: Sequence[str], ring: SonarRing = RIG.ring) -> Rig:
 
 
 def staged(config: Config) -> tuple[Session, np.random.Generator]:
-    """Return a session, and the source of the noise of its readings.
+    """Return the session of some settings, and the source of the noise of its readings.
 
     Parameters
     ----------
     config
-        The session.
+        The settings.
     """
     instance("config", config, Config)
     rng = np.random.default_rng(config.seed)
@@ -138,20 +142,33 @@ def staged(config: Config) -> tuple[Session, np.random.Generator]:
 
 
 def truths(session: Session, times: Sequence[float]) -> dict[str, np.ndarray]:
-    """Return what is known of the p people at j times, by name.
-
-    That is ``polar`` (j, p, 2), distance and direction from the robot, m and rad; who is
-    ``present``, and whose head is ``clear`` of what stands; how many ``beams`` of the laser and
-    ``cones`` of the sonars meet the legs; the sine by which the body is turned off the robot
-    (``side``), the cosine by which the face is turned to it (``gaze``), and how far the legs
-    ``swing``, m; all of (j, p).
+    """Return the truth about p people at j times.
 
     Parameters
     ----------
     session
         The session.
     times : (j,)
-        One at least, s.
+        Times within the session, at least one, s.
+
+    Returns
+    -------
+    dict
+        Arrays (j, p) by name, except for ``polar``:
+
+        * ``polar`` (j, p, 2): distance and direction from the robot, m and rad;
+        * ``present``: whether the person is on the floor;
+        * ``clear``: whether nothing stands between the person's head and the camera;
+        * ``beams``, ``cones``: how many beams of the laser and cones of the sonars meet the legs;
+        * ``side``: absolute sine of the angle between body and robot, 0 for a body that faces the
+          robot or turns its back on it, 1 for one seen from the side;
+        * ``gaze``: cosine of the angle between face and robot, 1 for a face that looks at it;
+        * ``swing``: how far the legs swing, m.
+
+    Raises
+    ------
+    ValueError
+        If there is no time, or one lies outside the session.
     """
     instance("session", session, Session)
     times, end = array("times", times, (None,)), float(session.times[-1])
@@ -174,7 +191,7 @@ def truths(session: Session, times: Sequence[float]) -> dict[str, np.ndarray]:
 
 
 def _silent(sensors: Sequence[str]) -> list[bool]:
-    """Tell which of `SENSORS` take no part."""
+    """Tell for each of `SENSORS` whether it takes no part."""
     is_list = isinstance(sensors, Sequence) and not isinstance(sensors, str)
     if not is_list or not all(isinstance(name, str) and name in SENSORS for name in sensors):
         raise ValueError(f"sensors must be of {', '.join(SENSORS)}, got {sensors!r:.60}")

@@ -1,7 +1,8 @@
-"""Stories for a robot that acts: whom it guides, who blocks its way, whom it follows, whom it asks.
+"""Stories for a robot that acts: it guides, asks people aside, follows, or asks questions.
 
-The robot is steered by whoever runs the world. What it says reaches people by `World.ask` and
-`ask_aside`.
+A story is a `World` with the robot and its people in their places. The caller steers the robot by
+`World.advance`, and passes its words on: `World.ask` calls a visitor back, `ask_aside` asks people
+to clear the way.
 """
 
 from dataclasses import dataclass, field
@@ -15,19 +16,19 @@ from data_synth.people.world import Visit, Walk, World, walk
 from data_synth.sonar import SonarRing
 
 KINDS = ("guide", "blocked", "follow", "survey")
-"""Kinds of stories."""
+"""Kinds of stories; `make_story` tells each."""
 
 _SPACING = 0.1  # between points of a route, m
-_TOWARD = 10  # points ahead to which a robot looks at first
-_ASIDE, _NEAR = 0.85, 0.25  # from the middle of a route: beside it, and on it, m
-_ROOM = 0.2  # from what stands, of whoever steps aside, m
-_GROUP = 30  # points from the beginning of a route to those who may block it
-_REACTION, _STEPS = 0.8, 1.5  # of somebody who is asked, and how long the way aside takes, s
-_WAITS = 2.0  # until somebody walks off who is followed, s
+_TOWARD = 10  # the robot looks first to the point of the way so many points off
+_ASIDE, _NEAR = 0.85, 0.25  # a person's distance from the route: beside it, and in the way, m
+_ROOM = 0.2  # least distance of a person who has stepped aside from walls and furniture, m
+_GROUP = 30  # people block a route so many points after its start, or further on
+_REACTION, _STEPS = 0.8, 1.5  # from the request to the first step, and from there to the end, s
+_WAITS = 2.0  # time that the person to be followed stands before walking, s
 
 
 class TurnedRing(SonarRing):
-    """A ring that is turned by half a spacing: one sonar looks back, where visitors walk."""
+    """A ring turned by half a spacing: one sonar looks straight back, where visitors walk."""
 
     __slots__ = ()
 
@@ -39,14 +40,14 @@ class TurnedRing(SonarRing):
 
 @dataclass(frozen=True, eq=False, slots=True)
 class StepsAside(Walk):
-    """Stands at the first of two places until asked, and then walks to the second.
+    """A person who stands at one place until asked, and then walks to a second one.
 
     Parameters
     ----------
     waypoints : (2, 2)
-        Both places, m.
+        The first and the second place, m.
     times : (2,)
-        From when to when the person is there, s.
+        When the person appears and when the person disappears, s.
     facing
         Where the body turns while it stands: ``"ahead"``, ``"robot"`` or a direction, rad.
     """
@@ -55,11 +56,11 @@ class StepsAside(Walk):
 
     @property
     def asked(self) -> float:
-        """Time at which they were first asked, s; infinite before."""
+        """Time of the first request, s; infinite while there was none."""
         return min(self._asked, default=np.inf)
 
     def ask(self, time: float) -> None:
-        """Ask them at a time, s; once is enough."""
+        """Ask the person at a time, s; later requests change nothing."""
         self._asked.append(number("time", time))
 
     def position(self, time: float) -> np.ndarray:
@@ -70,12 +71,12 @@ class StepsAside(Walk):
 
 
 def ask_aside(world: World) -> None:
-    """Ask all who step aside to do so now.
+    """Ask everybody in a world whose act is `StepsAside` to step aside now.
 
     Parameters
     ----------
     world
-        Where they are.
+        The world; its present time is the time of the request.
     """
     for act in instance("world", world, World).acts:
         if isinstance(act, StepsAside):
@@ -92,29 +93,36 @@ def make_story(
     pace: float = 0.5,
     beside: bool = False,
 ) -> tuple[World, np.ndarray]:
-    """Return a world with a robot and people in it, and the route (k, 2) of a guide, m.
+    """Return a world with a robot and people in it, and the robot's route (k, 2), m.
 
-    A guide waits in the corridor, and its route leads to a room at the other end; one who holds a
-    survey stands half-way; a visitor comes to either of them, and strays. Who is followed leads
-    from a room to an end of the corridor. Two people stand in the way of a guide, or beside it.
-    Points of a route are 0.1 m apart; there is none but for a guide.
+    The kinds of stories are
+
+    * ``"guide"``: the robot stands in the corridor. A visitor comes to it, and turns away after a
+      time; a call brings the visitor back. The route leads to a room at the other end.
+    * ``"blocked"``: the same, but the visitor stays, and two people stand in the way.
+    * ``"follow"``: a person stands ahead of the robot in a room, and then walks to an end of the
+      corridor. The route is empty.
+    * ``"survey"``: the robot stands half-way along the corridor. A visitor comes to it, turns away
+      after a time and does not come back. The route is empty.
+
+    Points of a route are 0.1 m apart.
 
     Parameters
     ----------
     kind
         One of `KINDS`.
     rng
-        Source of the office, of people and of all that they decide.
+        Source of the office, of the people and of all that they decide.
     comes
-        How far away the visitor is at first, m.
+        Length of the visitor's first way to the robot, m.
     strays
-        When the visitor turns away, s; not where the way is blocked.
+        Time at which the visitor turns away, s; not used for ``"blocked"`` and ``"follow"``.
     gap
-        How far ahead of the robot somebody stands whom it is to follow, m.
+        Distance of the person to be followed ahead of the robot, m.
     pace
-        How fast they walk, m/s.
+        Speed of that person, m/s.
     beside
-        Whether the two stand beside the way of a guide instead.
+        Whether the two people of ``"blocked"`` stand beside the way from the beginning.
 
     Raises
     ------
@@ -165,19 +173,26 @@ def make_story(
 
 
 def meeting_place(office: PeopleOffice, route: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return where on a route two people can block it and step aside, and the way across it.
+    """Return the first place of a route where two people can block it and step aside.
+
+    There a person has room on either side of the route.
 
     Parameters
     ----------
     office
-        Where it is.
+        The office.
     route : (k, 2)
-        Points 0.1 m apart, m.
+        Points 0.1 m apart, m; the first 3 m are left out.
+
+    Returns
+    -------
+    place, across : (2,)
+        The place, m, and the unit vector across the route, to its left.
 
     Raises
     ------
     ValueError
-        If there is no room on both sides from 3 m on.
+        If no place has room on both sides.
     """
     instance("office", office, PeopleOffice)
     route = array("route", route, (None, 2))
@@ -194,7 +209,7 @@ def meeting_place(office: PeopleOffice, route: np.ndarray) -> tuple[np.ndarray, 
 def _in_the_way(
     office: PeopleOffice, route: np.ndarray, beside: bool
 ) -> tuple[StepsAside, StepsAside]:
-    """Return two who stand on a route, or beside it, and look across it."""
+    """Return two people who stand in the way, or beside it, and face each other across it."""
     at, across = meeting_place(office, route)
     near = _ASIDE if beside else _NEAR
     left, right = (
@@ -209,7 +224,7 @@ def _in_the_way(
 
 
 def _even(way: np.ndarray) -> np.ndarray:
-    """Return a way with a point every 0.1 m of its length."""
+    """Return points along a way, one every 0.1 m of its length."""
     along = np.concatenate([[0.0], np.hypot(*np.diff(way, axis=0).T).cumsum()])
     at = np.arange(0.0, along[-1], _SPACING)
     return np.stack([np.interp(at, along, column) for column in way.T], axis=-1)
