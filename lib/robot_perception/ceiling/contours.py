@@ -1,6 +1,6 @@
-r"""Contours of a picture: edge chains, approximated by straight segments and arcs.
+r"""Contours of a picture: chains of edge pixels, approximated by straight segments and arcs.
 
-The first level of a pattern's structure in section 3.2 of Ait Aider, Chateau and Lapresté, "Indoor
+They are the first level of a pattern in section 3.2 of Ait Aider, Chateau and Lapresté, "Indoor
 autonomous navigation using visual memory and pattern tracking". Points are (u, v), px; pixel
 centres lie at whole numbers.
 """
@@ -24,11 +24,11 @@ __all__ = ["Arc", "ContourRules", "Edges", "Segment", "find_contours", "find_edg
 
 
 MOST = 10**6
-"""No piece is cut into more parts."""
+"""The most parts into which a segment or an arc is cut."""
 
 
 def _steps(length: float, spacing: float) -> Float[np.ndarray, " n"]:
-    """Return shares of a length, from 0 to 1, at most a spacing apart."""
+    """Return shares of a length from 0 to 1, whose points are at most a spacing apart."""
     parts = length / checks.positive("spacing", spacing)
     if not parts < MOST:
         raise ValueError(f"spacing must cut {length:g} px into {MOST} parts at most, got {spacing}")
@@ -36,7 +36,7 @@ def _steps(length: float, spacing: float) -> Float[np.ndarray, " n"]:
 
 
 def _turn(name: str, value: float) -> float:
-    """Return an angle that is no more than a turn, and not 0."""
+    """Return an angle, or raise ``ValueError`` if it is 0 or more than a full turn."""
     angle = checks.number(name, value)
     if not 0 < abs(angle) <= 2 * np.pi:
         raise ValueError(f"{name} must be a turn at most and not 0, got {angle:g}")
@@ -50,7 +50,7 @@ class Segment:
     Parameters
     ----------
     start, end : (2,)
-        Its ends, px.
+        Ends of the segment, px.
 
     Raises
     ------
@@ -84,13 +84,13 @@ class Arc:
     Parameters
     ----------
     centre : (2,)
-        Of the circle, px.
+        Centre of the circle, px.
     radius
-        px.
+        Radius of the circle, px.
     start
-        Direction of its first point from the centre, rad.
+        Direction from the centre to the arc's first point, rad.
     sweep
-        By how much the direction turns up to its last point, rad, from u to v where it is positive;
+        Angle from there to its last point, rad, positive if it turns from the u axis to the v axis;
         from -2π to 2π, but not 0.
     """
 
@@ -102,7 +102,7 @@ class Arc:
 
     @property
     def length(self) -> float:
-        """Along the circle, px."""
+        """Length along the circle, px."""
         return abs(self.sweep) * self.radius
 
     def points(self, spacing: float) -> Float[np.ndarray, "n 2"]:
@@ -114,23 +114,24 @@ class Arc:
 
 @dataclass(frozen=True, slots=True)
 class ContourRules:
-    """Rules of contour detection; the paper names no number, all are ours.
+    """Rules of contour detection. The paper names no numbers; all are ours.
 
     Parameters
     ----------
     smoothing
-        Of the picture before its gradient is taken, standard deviation, px.
+        Standard deviation of the Gaussian that smooths the picture before its gradient is taken,
+        px.
     low, high
-        Thresholds of Canny's detector: gradient in grey values a pixel along which an edge is
-        continued, and from which one begins.
+        Thresholds of Canny's detector, in grey values a pixel: an edge begins where the gradient
+        is above ``high``, and goes on as long as it is above ``low``.
     shortest
-        Chains of fewer pixels are dropped.
+        Least number of pixels in a chain. A segment must be at least half as long, px.
     tolerance
-        By how much a chain may leave its segments, px.
+        Largest distance of a chain from its segments, px.
     roundness
-        By how much it may leave an arc, px.
+        Largest distance of a chain from an arc, px.
     largest
-        The largest radius of an arc, px: what is flatter is straight.
+        Largest radius of an arc, px; flatter curves are approximated by segments.
 
     Raises
     ------
@@ -159,9 +160,9 @@ class Edges:
     Parameters
     ----------
     mask : (height, width)
-        Which pixels lie on an edge.
+        Whether each pixel lies on an edge.
     gradient : (height, width, 2)
-        Of the smoothed picture along u and v, grey values a pixel.
+        Gradient of the smoothed picture along u and v, grey values a pixel.
     """
 
     mask: Bool[np.ndarray, "height width"]
@@ -174,7 +175,7 @@ class Edges:
         Parameters
         ----------
         points : (n, 2)
-            px; those outside take the nearest pixel of the border.
+            Points, px; a point outside takes the nearest pixel of the border.
 
         Raises
         ------
@@ -191,7 +192,7 @@ class Edges:
 def picture(
     name: str, image: UInt8[np.ndarray, "height width"]
 ) -> UInt8[np.ndarray, "height width"]:
-    """Return a grey picture of bytes.
+    """Return a grey picture unchanged, once it has been checked.
 
     Raises
     ------
@@ -209,12 +210,18 @@ def picture(
 
 
 def segments_and_arcs(name: str, contours: Iterable[Segment | Arc]) -> tuple[Segment | Arc, ...]:
-    """Return contours as a tuple."""
+    """Return contours as a tuple, or raise ``TypeError`` if one is neither segment nor arc."""
     return checks.instances(name, contours, Segment, Arc)
 
 
 def picture_size(name: str, size: tuple[int, int] | None) -> tuple[int, int] | None:
-    """Return height and width of pictures, if they are known, or raise ``ValueError``."""
+    """Return height and width of pictures, or ``None`` if they are not known.
+
+    Raises
+    ------
+    ValueError
+        If they are not two positive numbers.
+    """
     if size is None:
         return None
     height, width = checks.integers(name, size, (2,), 1).tolist()
@@ -227,7 +234,7 @@ def check_size(
     size: tuple[int, int] | None,
     other: str = "the pictures before",
 ) -> None:
-    """Raise ``ValueError`` unless a picture is of the size of other ones, if that is known."""
+    """Raise ``ValueError`` if the size of other pictures is known and a picture has another one."""
     if size not in (None, shape):
         raise ValueError(f"{name} must be {size} as {other}, got {shape}")
 
@@ -247,7 +254,7 @@ def find_edges(
     Raises
     ------
     TypeError
-        If the image does not hold bytes or the rules are none.
+        If the image does not hold bytes, or the rules are not `ContourRules`.
     ValueError
         If the image is not (height, width).
 
@@ -263,7 +270,7 @@ def find_edges(
         cv2.Sobel(smooth, cv2.CV_16S, *axes, borderType=cv2.BORDER_REPLICATE)
         for axes in ((1, 0), (0, 1))
     )
-    # Sobel's weights add up to 8 for a slope of one grey value a pixel
+    # for a gradient of one grey value a pixel Sobel's filter gives 8
     mask = cv2.Canny(along_u, along_v, 8 * rules.low, 8 * rules.high, L2gradient=True) > 0
     return Edges(mask, np.stack([along_u, along_v], axis=-1) / 8.0)
 
@@ -271,13 +278,14 @@ def find_edges(
 def find_contours(edges: Edges, rules: ContourRules | None = None) -> tuple[Segment | Arc, ...]:
     """Return the contours of a picture as straight segments and arcs.
 
-    Edge pixels are linked to chains. Of a chain the longest piece that fits a circle becomes an arc
-    where it needs three segments or more; what is left is approximated by segments.
+    Edge pixels are linked to chains, and a chain is cut into segments at its corners. From its
+    beginning on, an arc replaces three or more segments in a row as long as one circle fits all
+    their pixels. Very short segments are dropped.
 
     Parameters
     ----------
     edges
-        Of the picture.
+        Edges of the picture.
     rules
         Tolerances; those of `ContourRules` if not given.
 
@@ -311,7 +319,7 @@ def _approximated(chain: Int32[np.ndarray, "n 2"], rules: ContourRules) -> list[
     first = 0
     while first < len(corners) - 1:
         last, arc = first + 1, None
-        # an arc needs three segments, and grows as long as all its pixels fit
+        # an arc takes three segments at least, and grows as long as one circle fits all pixels
         for end in range(first + 3, len(corners)):
             fitted = _arc(chain[corners[first] : corners[end] + 1], rules)
             if fitted is None:
@@ -327,7 +335,7 @@ def _approximated(chain: Int32[np.ndarray, "n 2"], rules: ContourRules) -> list[
 
 
 def _corners(chain: Int32[np.ndarray, "n 2"], tolerance: float) -> list[int]:
-    """Return where a chain is cut into segments, its ends included."""
+    """Return the numbers of the pixels at which a chain is cut into segments, its ends included."""
     kept = cv2.approxPolyDP(chain.reshape(-1, 1, 2), tolerance, closed=False)[:, 0]
     corners, at = [], 0
     for point in kept:
@@ -337,7 +345,7 @@ def _corners(chain: Int32[np.ndarray, "n 2"], tolerance: float) -> list[int]:
 
 
 def _arc(points: Int32[np.ndarray, "n 2"], rules: ContourRules) -> Arc | None:
-    """Return the circle's piece that fits points, if one does: least squares after Kåsa."""
+    """Return the arc nearest to points by Kåsa's least squares; ``None`` if one is too far off."""
     middle = points.mean(axis=0)
     u, v = (points - middle).T
     A = np.stack([u, v, np.ones_like(u)], axis=-1)
@@ -357,10 +365,11 @@ def _arc(points: Int32[np.ndarray, "n 2"], rules: ContourRules) -> Arc | None:
 @no_type_check
 @kernel()
 def _link(mask):
-    """Walk along edge pixels; return the number of the chain of each, and the pixels in order.
+    """Link edge pixels to chains; return the pixels in order, and the number of each one's chain.
 
-    Chains begin at ends, then (closed ones) anywhere; a walk goes on to a neighbour by an edge of
-    the pixel before one by a corner, and stops where there is none left.
+    First each pixel with a single neighbour begins a chain, then any that is left, as on a closed
+    contour. A chain goes on to a neighbour across a side of the pixel, else to one across a corner,
+    and ends where no neighbour is left.
     """
     height, width = mask.shape
     left = mask.copy()

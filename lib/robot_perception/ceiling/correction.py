@@ -1,8 +1,8 @@
-r"""The picture of a camera that is mounted anyhow, as the robot itself would see the ceiling.
+r"""Correction of a tilted, displaced camera: the picture that an ideal camera would have taken.
 
-The ceiling is a plane, so what a camera at any place sees of it and what an *ideal* camera sees,
-one that stands in the robot's frame and looks along its z axis, differ by a homography. It holds
-for the ceiling alone: a wall or a hanging lamp goes elsewhere.
+The *ideal* camera stands at the origin of the robot's frame and looks along its z axis. As the
+ceiling is a plane, its picture in any other camera differs from the ideal one by a homography. That
+holds for the ceiling alone; a wall or a hanging lamp is moved to a wrong place.
 
 Equation numbers are those of Ait Aider, Chateau and Lapresté, "Indoor autonomous navigation using
 visual memory and pattern tracking", BMVC 2004.
@@ -26,13 +26,13 @@ with needing():
 __all__ = ["Correction", "correction"]
 
 TOLERANCE = 1e-5
-"""Allowed deviation of a normal's length from 1: six digits are enough."""
+"""Largest deviation of a normal's length from 1, as of a normal typed with six digits."""
 
 PIXELS = 2**26
 """The most pixels of a picture."""
 
 OUTSIDE = 16
-"""Pixels beyond a picture's edge where what lies outside is looked up: all is black there."""
+"""Distance beyond a picture's edge, px, at which all farther points are looked up: it is black."""
 
 
 def correction(
@@ -48,11 +48,11 @@ def correction(
     .. math::
         {}^C H_R = K \left( R - \frac{t\, n^\top}{d} \right) K_{target}^{-1} \qquad \text{(eq. 1)}
 
-    A point X of the ceiling in the robot's frame is at :math:`R X + t` in the camera's. The paper
-    does not say which way n points, and the sign depends on it: printed with a minus, eq. (1) holds
-    for the normal that points from the ceiling *to the robot*, :math:`n^\top X = -d` on the
-    ceiling; since then :math:`R X + t = (R - t\, n^\top / d)\, X`. With the normal that points up
-    the same formula corrects for :math:`-t`.
+    A point X in the robot's frame is at :math:`R X + t` in the camera's. The paper does not say
+    which way n points, and the sign of the second term depends on it. With the printed minus,
+    eq. (1) holds for the normal that points from the ceiling *to the robot*: then
+    :math:`n^\top X = -d` on the ceiling, and :math:`R X + t = (R - t\, n^\top / d)\, X`. With a
+    normal that points up, the same formula would correct for :math:`-t`.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def correction(
     rotation : (3, 3)
         R, from the robot's frame to the camera's.
     translation : (3,)
-        t, where the robot's frame has its origin in the camera's, m.
+        t, the origin of the robot's frame in the camera's frame, m.
     normal : (3,)
         n, the unit normal of the ceiling in the robot's frame, towards the robot: (0, 0, -1) for a
         level ceiling.
@@ -73,16 +73,16 @@ def correction(
     Returns
     -------
     (3, 3)
-        Takes pixels of the ideal picture to pixels of the camera's. Not scaled: the third
-        coordinate of :math:`{}^C H_R\,(u, v, 1)^\top` is the depth of the point for the camera over
-        that for the robot.
+        The homography from pixels of the ideal picture to pixels of the camera's. It is not
+        rescaled: the third coordinate of :math:`{}^C H_R\,(u, v, 1)^\top` is the depth of the point
+        in the camera divided by its depth in the ideal camera.
 
     Raises
     ------
     ValueError
-        If K or the target is no matrix of intrinsic parameters, the rotation is none, the normal is
-        not of length 1, the distance is not positive, or the camera does not stand below the
-        ceiling, where the homography would be singular.
+        If K or the target is no matrix of intrinsic parameters, R is no rotation, the normal is not
+        of length 1, the distance is not positive, or the camera is not below the ceiling (in the
+        plane of the ceiling the homography is singular).
 
     References
     ----------
@@ -95,7 +95,7 @@ def correction(
 
 
 def _of_a_picture(name: str, value: tuple[int, int]) -> tuple[int, int]:
-    """Return a width and a height that OpenCV can look up."""
+    """Return width and height, or raise ``ValueError`` if OpenCV's `remap` cannot take them."""
     width, height = checks.integers(name, value, (2,), 1).tolist()
     if width * height > PIXELS or max(width, height) >= 2**15 - 2 * OUTSIDE:
         raise ValueError(f"{name} must be that of a picture, got {(width, height)}")
@@ -104,14 +104,15 @@ def _of_a_picture(name: str, value: tuple[int, int]) -> tuple[int, int]:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Correction:
-    r"""Turns pictures of a mounted camera into those of the ideal one, and pixels too.
+    r"""Correction of pictures, and of single points, from a mounted camera to the ideal one.
 
-    The way of every pixel is computed once: from the ideal picture by the plane of eq. (1) to a ray
-    of the camera, through its lens,
+    For each pixel of the ideal picture the place in the camera's picture is computed once, to a
+    32nd of a pixel: eq. (1) without the intrinsic parameters takes its ray to a ray
+    :math:`(x', y', 1)` of the camera, the lens bends it,
 
     .. math:: (x'', y'') = (1 + k_1 r^2 + k_2 r^4)\,(x', y'), \qquad r^2 = x'^2 + y'^2,
 
-    and to a pixel of its picture, to a 32nd of a pixel.
+    and K takes it to a pixel.
 
     Parameters
     ----------
@@ -120,7 +121,7 @@ class Correction:
     rotation : (3, 3)
         R, from the robot's frame to the camera's.
     translation : (3,)
-        t, where the robot's frame has its origin in the camera's, m.
+        t, the origin of the robot's frame in the camera's frame, m.
     normal : (3,)
         n, the unit normal of the ceiling towards the robot (see `correction`).
     distance
@@ -128,22 +129,23 @@ class Correction:
     size
         Width and height of both pictures, px.
     distortion
-        :math:`k_1, k_2` of the lens, of OpenCV's (Brown's) model; the paper has none.
+        :math:`k_1, k_2`, radial distortion of the lens in OpenCV's (Brown's) model; the paper has
+        none.
     target : (3, 3)
         Intrinsic parameters of the ideal picture, px; those of the camera if not given.
 
     Attributes
     ----------
     homography : (3, 3)
-        Of eq. (1), see `correction`; without the lens.
+        The homography of eq. (1) without the lens (see `correction`).
     seen : (height, width)
-        Which pixels of the ideal picture the camera sees; the others are black.
+        Whether the camera sees each pixel of the ideal picture; the others are black.
 
     Raises
     ------
     ValueError
-        If an argument is wrong (see `correction`), the normal does not point to the robot, or the
-        horizon of the ceiling lies inside the ideal picture or that of the camera inside it.
+        If an argument is wrong (see `correction`), the normal does not point to the robot, the
+        ideal picture reaches the ceiling's horizon, or a part of it is not in front of the camera.
 
     References
     ----------
@@ -189,17 +191,17 @@ class Correction:
         Parameters
         ----------
         image : (height, width) or (height, width, channels)
-            Of the camera, bytes.
+            Picture of the camera, bytes, of at most 4 channels.
 
         Returns
         -------
         (height, width) or (height, width, channels)
-            Between pixels bilinear; black where the camera sees nothing.
+            The ideal picture, interpolated bilinearly; black where the camera sees nothing.
 
         Raises
         ------
         ValueError
-            If the image is not of bytes or of another size.
+            If the image does not hold bytes or has another size.
         """
         image = checks.instance("image", image, np.ndarray)
         if image.dtype != np.uint8 or image.ndim not in (2, 3) or image.shape[2:] > (4,):
@@ -210,23 +212,23 @@ class Correction:
         return fixed.reshape(image.shape)
 
     def points(self, pixels: Float[np.ndarray, "... n 2"]) -> Float[np.ndarray, "... n 2"]:
-        """Return where points of the camera's picture are in the ideal one.
+        """Return where points of the camera's picture are in the ideal picture.
 
         Parameters
         ----------
         pixels : (…, n, 2)
-            Of the ceiling in the picture of the camera, px.
+            Points of the ceiling in the camera's picture, px.
 
         Returns
         -------
         (…, n, 2)
-            In the ideal picture, or outside it, px.
+            The same points in the ideal picture, px; some may lie beyond its border.
 
         Raises
         ------
         ValueError
-            If a number is not finite, the distortion cannot be undone at a pixel, or a pixel does
-            not look at the ceiling above the robot's own horizon.
+            If a number is not finite, the distortion cannot be undone at a pixel, or a pixel shows
+            no point of the ceiling in front of the ideal camera.
         """
         pixels = checks.array("pixels", pixels, (..., "n", 2))
         rays = np.linalg.solve(self._plane, self._camera.rays(pixels)[..., None])[..., 0]
@@ -235,7 +237,7 @@ class Correction:
             raise ValueError(
                 f"pixels must look at the ceiling, got {lost} of {rays[..., 2].size} that do not"
             )
-        # just below the horizon a point is far away, though not lost
+        # near the horizon a point is far away, and its coordinates may overflow
         with np.errstate(over="ignore"):
             images = rays[..., :2] / rays[..., 2:]
         images = checks.moderate("pixels on the ceiling", images)
@@ -259,7 +261,7 @@ class Correction:
         x, y = x / depth, y / depth
         square = x**2 + y**2
         k1, k2 = self.distortion
-        limit = _fold(k1, k2)  # beyond it the polynomial leads back into the picture
+        limit = _fold(k1, k2)  # farther rays would be folded back into the picture
         within = square < limit
         square = np.where(within, square, 0.0)
         bend = 1 + k1 * square + k2 * square**2
@@ -276,7 +278,7 @@ class Correction:
 
 
 def _intrinsic(name: str, value: np.ndarray, *, skew: bool = True) -> np.ndarray:
-    """Return a matrix of intrinsic parameters."""
+    """Return a matrix of intrinsic parameters, or raise ``ValueError`` if it is none."""
     K = checks.moderate(name, checks.array(name, value, (3, 3)).copy(), 1e9)
     below = K[1, 0], K[2, 0], K[2, 1]
     if any(below) or K[2, 2] != 1 or min(K[0, 0], K[1, 1]) < 1e-9:
@@ -292,7 +294,7 @@ def _intrinsic(name: str, value: np.ndarray, *, skew: bool = True) -> np.ndarray
 def _of_rays(
     rotation: np.ndarray, translation: np.ndarray, normal: np.ndarray, distance: float
 ) -> np.ndarray:
-    """Return R - t nᵀ/d, which takes rays of the robot to rays of the camera."""
+    """Return R - t nᵀ/d, which takes rays of the ideal camera to rays of the mounted one."""
     T = np.eye(4)
     T[:3, :3] = checks.moderate("rotation", checks.array("rotation", rotation, (3, 3)), 2.0)
     se3.checked("rotation", T)
@@ -305,7 +307,7 @@ def _of_rays(
         lift = t / d
     checks.moderate("translation / distance", lift, 1e9)
     A = T[:3, :3] - np.outer(lift, n)
-    share = 1 - n @ T[:3, :3].T @ lift  # the determinant: the camera's distance over the robot's
+    share = 1 - n @ T[:3, :3].T @ lift  # det A, the camera's distance to the ceiling over d
     if share < 1e-9:
         raise ValueError(
             f"translation must leave the camera below the ceiling, got it {share * d:g} m below"
@@ -314,7 +316,10 @@ def _of_rays(
 
 
 def _fold(k1: float, k2: float) -> float:
-    """Return the r² up to which the distorted radius grows with r."""
+    r"""Return the r² up to which the distorted radius grows with r.
+
+    That is the smallest positive zero of its derivative, :math:`1 + 3 k_1 r^2 + 5 k_2 r^4`.
+    """
     roots = np.roots(np.trim_zeros([5 * k2, 3 * k1, 1.0], "f"))
     real = roots.real[(np.abs(roots.imag) == 0) & (roots.real > 0)]
     return float(real.min(initial=np.inf))

@@ -3,8 +3,8 @@ r"""Patterns: interest windows of a picture, and the grey vectors across their c
 Equation numbers are those of Ait Aider, Chateau and Lapresté, "Indoor autonomous navigation using
 visual memory and pattern tracking"; sections 3.2 and 3.3.
 
-A pattern's place in a picture is (x, y, θ, s): centre, px, angle, rad, and scale. A point p of the
-pattern, px from its centre in the picture that it was taken from, is seen at
+The pose of a pattern in a picture is (x, y, θ, s): its centre, px, its angle, rad, and its scale.
+A point p of the pattern, in px from the centre of its window, is seen at
 
 .. math:: \begin{bmatrix} x \\ y \end{bmatrix} + s\, R(\theta)\, p .
 """
@@ -63,42 +63,43 @@ __all__ = [
 ]
 
 MOST = 1000
-"""A pattern has no more points."""
+"""The most points of a pattern."""
 TINY = 1e-9
-"""A line along a border is not beyond it by the rounding of cos 90°, px."""
+"""Tolerance at a picture's border, px: cos 90° is not quite 0 after rounding."""
 FAST = {"reassoc", "contract", "arcp", "nsz"}
-"""Licences of the compiler for sums; it must not take NaN and infinity for impossible."""
+"""Fast mathematics that the compiler may use; not "nnan" and "ninf", as NaN has a meaning here."""
 
 
 @dataclass(frozen=True, slots=True)
 class PatternRules:
-    r"""Rules of a pattern's second level: points, vectors and what is known of each.
+    r"""Rules of a pattern's second level: its points, their grey vectors and their decay.
 
     Parameters
     ----------
     samples
-        :math:`N_s`, grey values of a vector; odd, so that the middle one lies on the contour. Ours.
+        :math:`N_s`, number of grey values in a vector; odd, so that the middle one lies on the
+        contour. Our choice.
     step
-        :math:`\delta`, px between them; ours.
+        :math:`\delta`, distance between these samples, px; our choice.
     spacing
-        px between points along a contour; ours.
+        Distance between points along a contour, px; our choice.
     most
-        Of all points so many are kept; ours.
+        The most points that are kept; our choice.
     picked
-        Which: ``"slope"``, those whose autocorrelation falls fastest, the criterion that section
-        3.3 hints at; or ``"random"``.
+        Rule by which they are picked. ``"slope"``: those whose correlation falls fastest, the
+        criterion that section 3.3 hints at. ``"random"``: any of them.
     fall
-        Of which function the parameters are fitted. ``"padded"``: the autocorrelation as printed
-        below eq. (4), with zeros beyond the vector. ``"picture"``: the vector's correlation with
-        those beside it in the picture, along its own direction, which is what a tracker will meet;
-        our choice for comparison.
+        The function to which the decay is fitted. ``"padded"``: the autocorrelation as printed
+        below eq. (4), with zeros beyond the vector. ``"picture"``: the correlation of the vector
+        with shifted ones in the picture (see `decay_in_picture`), which is what a tracker will
+        meet; our addition.
     curve
-        Its approximation :math:`1 - a \lambda^b`. ``"line"``: the paper's simplest, b = 1;
-        ``"parabola"``, b = 2; ``"power"``: b is fitted, too.
+        Form of the decay :math:`1 - a \lambda^b`. ``"line"``: b = 1, the simplest of the paper;
+        ``"parabola"``: b = 2; ``"power"``: b is fitted, too.
     own
-        Whether each point has its own parameters, or all have their mean.
+        Whether each point has parameters of its own; else all have the mean.
     centred
-        Whether means are removed before vectors are compared. As printed they are not.
+        Whether means are removed before vectors are compared. In the paper's equation they stay.
     """
 
     samples: Annotated[int, odd(3, 101)] = 11
@@ -115,14 +116,16 @@ class PatternRules:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Decay:
-    r"""Parameters :math:`W` of eq. (4): how the correlation falls with a deviation.
+    r"""Parameters :math:`W` of eq. (4): how the correlation of a vector falls when it is shifted.
 
     .. math:: \tilde C(\lambda) = 1 - a\, \lambda^b
+
+    with :math:`\lambda` the shift along the vector, in samples.
 
     Parameters
     ----------
     rate : (n,)
-        a of each point; :math:`\lambda` counts samples.
+        a of each point.
     power : (n,)
         b of each point.
     """
@@ -133,14 +136,14 @@ class Decay:
 
 
 def _not_many(name: str, points: Float[np.ndarray, "n _"]) -> Float[np.ndarray, "n _"]:
-    """Return points of a pattern: one at least, and no more than `MOST`."""
+    """Return the points of a pattern, or raise ``ValueError`` if there are none or too many."""
     if not 1 <= len(points) <= MOST:
         raise ValueError(f"{name} must be of 1 to {MOST} points, got {len(points)}")
     return points
 
 
 def _odd_rows(name: str, vectors: Float[np.ndarray, "n _"]) -> Float[np.ndarray, "n _"]:
-    """Return vectors of an odd number of samples, three at least."""
+    """Return vectors, or raise ``ValueError`` if their number of samples is even or below three."""
     if vectors.shape[1] < 3 or vectors.shape[1] % 2 == 0:
         raise ValueError(f"{name} must have an odd number of samples, got {vectors.shape}")
     return vectors
@@ -153,23 +156,23 @@ class Pattern:
     Parameters
     ----------
     places : (n, 3)
-        U: coordinates in the window, as shares of its width and height from its centre, and the
-        direction of the gradient, rad.
+        U: two coordinates from the centre of the window, as shares of its width and height, and
+        the direction of the gradient, rad.
     vectors : (n, samples)
         V: grey values along that direction.
     decay
-        W: how the correlation of each falls with a deviation.
+        W: how the correlation of each vector falls when it is shifted.
     size : (2,)
         Width and height of the window, px.
     step
-        px between the samples.
+        Distance between samples, px.
     centred
         Whether means are removed before vectors are compared.
     contours
         The first level: segments and arcs in the window, px from its centre.
     picture : (height, width)
-        Of the picture that it was taken from, px; nothing where that is not known. It is followed
-        in pictures of that size.
+        Size of the picture that the pattern was taken from, px; ``None`` if it is not known. A
+        tracker follows it in pictures of this size only.
 
     Raises
     ------
@@ -193,16 +196,16 @@ class Pattern:
 
     @property
     def points(self) -> Float[np.ndarray, "n 2"]:
-        """Its points, px from the centre of the window."""
+        """Points of the pattern, px from the centre of the window."""
         return self.places[:, :2] * self.size
 
     def seen(self, pose: Float[np.ndarray, "... 4"]) -> Float[np.ndarray, "... n 2"]:
-        """Return where its points are seen, px.
+        """Return where the points are seen in a picture, px; see `placed`.
 
         Parameters
         ----------
         pose : (…, 4)
-            Place in the picture.
+            Pose of the pattern in the picture, (x, y, θ, s).
 
         Raises
         ------
@@ -215,16 +218,16 @@ class Pattern:
 def placed(
     points: Float[np.ndarray, "n 2"], pose: Float[np.ndarray, "... 4"]
 ) -> Float[np.ndarray, "... n 2"]:
-    r"""Return where points of a pattern are seen.
+    r"""Return where the points of a pattern are seen in a picture, px.
 
     .. math:: \begin{bmatrix} x \\ y \end{bmatrix} + s\, R(\theta)\, p
 
     Parameters
     ----------
     points : (n, 2)
-        px from its centre.
+        Points p, px from the centre of the window.
     pose : (…, 4)
-        Place in the picture.
+        Pose of the pattern in the picture, (x, y, θ, s).
 
     Raises
     ------
@@ -249,7 +252,7 @@ def grey_vectors(
     samples: int = 11,
     step: float = 1.0,
 ) -> Float32[np.ndarray, "n samples"]:
-    r"""Return grey values along lines across points, each interpolated between four pixels.
+    r"""Return the grey vector of each point: values along a line through it, bilinear.
 
     .. math:: g_l = I\big(m + (l - \tfrac{N_s - 1}{2})\, \delta\, (\cos\varphi, \sin\varphi)\big)
 
@@ -258,18 +261,18 @@ def grey_vectors(
     image : (height, width)
         Grey values.
     points : (n, 2)
-        m, px.
+        Points m, px.
     directions : (n,)
-        φ, rad.
+        Directions φ of the lines, rad.
     samples
-        :math:`N_s`, odd.
+        :math:`N_s`, number of samples, odd.
     step
-        δ, px.
+        δ, distance between samples, px.
 
     Returns
     -------
     (n, samples)
-        NaN throughout where a line leaves the picture.
+        Grey values :math:`g_0, g_1, \dots`; all NaN if the line leaves the picture.
 
     Raises
     ------
@@ -291,24 +294,25 @@ def grey_vectors(
 def autocorrelation(
     vectors: Float[np.ndarray, "n samples"], *, centred: bool = False
 ) -> Float[np.ndarray, "n lags"]:
-    r"""Return the autocorrelation of vectors as printed: beyond its ends a vector is 0.
+    r"""Return the autocorrelation of vectors as the paper prints it, with zeros beyond their ends.
 
     .. math:: C(\lambda) = \frac{1}{\lVert V \rVert^2} \sum_l G(l)\, G(l - \lambda)
 
-    A vector of equal greys has :math:`1 - \lambda / N_s`: it falls by its ends alone, though an
-    edge that is shifted along itself looks the same.
+    The zeros matter: a vector of equal greys has :math:`C = 1 - \lambda / N_s`, though a shift of
+    a uniform surface changes nothing in the picture.
 
     Parameters
     ----------
     vectors : (n, samples)
-        Grey values.
+        Grey values G.
     centred
-        Whether the mean of each is removed first; then 0 beyond the ends is their mean.
+        Whether the mean of each vector is removed first; beyond its ends stands this mean then.
 
     Returns
     -------
     (n, lags)
-        For λ = 0, 1, … up to half the samples; 1 throughout where a vector is 0.
+        C for λ = 0, 1, … up to half the samples; all 1 for a vector of zeros, as a uniform one is
+        when its mean is removed.
 
     Raises
     ------
@@ -333,17 +337,17 @@ def decay_in_picture(
     step: float = 1.0,
     centred: bool = True,
 ) -> Float[np.ndarray, "n lags"]:
-    r"""Return how vectors correlate with those beside them, along their own direction.
+    r"""Return how each vector correlates with shifted vectors of the same picture.
 
     .. math::
         C(\lambda) = \tfrac12 \sum_{\pm} \frac{V \cdot V_{\pm\lambda}}
         {\lVert V \rVert \lVert V_{\pm\lambda} \rVert}
 
-    where :math:`V_{\lambda}` is taken λ samples further on. The autocorrelation asks the same of a
-    vector that ends in zeros; this asks the picture.
+    where :math:`V_{\lambda}` is sampled λ steps further along the direction of V. In place of the
+    zeros of `autocorrelation` stand the greys of the picture. If one of the two shifted vectors
+    leaves the picture, C is that of the other; if both do, the last value is repeated.
 
-    Parameters, errors and lags are those of `grey_vectors` and `autocorrelation`; a side that
-    leaves the picture is left out, and where both do the last value stands.
+    Parameters, errors and lags are those of `grey_vectors` and `autocorrelation`.
     """
     checks.flag("centred", centred)
     points = checks.array("points", points, ("n", 2))
@@ -366,26 +370,27 @@ def decay_in_picture(
 def fit_decay(
     falls: Float[np.ndarray, "n lags"], curve: str = "line", *, own: bool = True
 ) -> Decay:
-    r"""Return the parameters of :math:`1 - a \lambda^b` nearest to functions that start at 1.
+    r"""Return the parameters of :math:`1 - a \lambda^b` that fit correlations by least squares.
 
     .. math::
         a = \frac{\sum_\lambda \lambda^b (1 - C(\lambda))}{\sum_\lambda \lambda^{2b}}
 
-    For ``"power"`` the logarithms are fitted by a line.
+    For ``"power"`` a line is fitted to the logarithms,
+    :math:`\log(1 - C) \approx \log a + b \log \lambda`, with b kept between ½ and 2.
 
     Parameters
     ----------
     falls : (n, lags)
-        :math:`C(\lambda)` for λ = 0, 1, …
+        :math:`C(\lambda)` for λ = 0, 1, …, with C(0) = 1.
     curve
         ``"line"``, ``"parabola"`` or ``"power"``; see `PatternRules`.
     own
-        Whether each has its own parameters, or all have their mean.
+        Whether each point has parameters of its own; else all have the mean.
 
     Returns
     -------
     Decay
-        A rate is at least a thousandth: a function that does not fall says nothing of a deviation.
+        Rates are at least a thousandth, so that `deviations` can divide by them.
 
     Raises
     ------
@@ -414,24 +419,25 @@ def fit_decay(
 
 
 LEAST = 1e-3
+"""The smallest rate of a decay."""
 
 
 def deviations(correlation: Float[np.ndarray, "... n"], decay: Decay) -> Float[np.ndarray, "... n"]:
-    r"""Return the deviation that a correlation stands for.
+    r"""Return the deviation of each vector from its place, judged by its correlation.
 
     .. math:: \lambda = \tilde C^{-1}(C) = \left(\frac{1 - C}{a}\right)^{1/b}
 
     Parameters
     ----------
     correlation : (…, n)
-        From -1 to 1; NaN where a vector was not seen.
+        C, from -1 to 1; NaN where a vector was not seen.
     decay
-        Of the n points.
+        Parameters a and b of the n points.
 
     Returns
     -------
     (…, n)
-        Samples, not negative; infinite where a vector was not seen.
+        λ in samples, not negative; infinite where a vector was not seen.
 
     Raises
     ------
@@ -458,27 +464,28 @@ def correlations(
     poses: Float[np.ndarray, "m 4"],
     chosen: Int[np.ndarray, " m"] | None = None,
 ) -> Float32[np.ndarray, "m n"]:
-    r"""Return the normalised correlation of each vector with what each pose predicts there.
+    r"""Return the normalised correlation of each vector with the picture where a pose puts it.
 
     .. math:: C = \frac{V \cdot V_k}{\lVert V \rVert \lVert V_k \rVert}
 
-    with the means of both removed first where the pattern says so.
+    with :math:`V_k` the grey vector that the picture shows under pose k. The means of both are
+    removed first if the pattern is `centred`.
 
     Parameters
     ----------
     layers : (layers, height, width)
-        The picture, each layer smoothed otherwise.
+        Copies of the picture, each smoothed by another width.
     pattern
-        Points and vectors.
+        The pattern, of n points.
     poses : (m, 4)
-        (x, y, θ, s), for instance of particles.
+        Poses (x, y, θ, s), for instance of particles.
     chosen : (m,)
-        Layer of each pose; the first if not given.
+        Number of the layer in which each pose is compared; the first if not given.
 
     Returns
     -------
     (m, n)
-        NaN where a vector leaves the picture; 0 where one of both has no contrast.
+        C; NaN where a vector leaves the picture, 0 where one of the two is a vector of zeros.
 
     Raises
     ------
@@ -505,7 +512,7 @@ def correlations(
 def compiled(
     pattern: Pattern,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, bool]:
-    """Return what the compiled kernel needs of a pattern: points, steps, vectors of length 1."""
+    """Return points, steps, vectors of length 1 and `centred`, as the compiled kernel needs them."""
     phi = pattern.places[:, 2]
     steps = pattern.step * np.stack([np.cos(phi), np.sin(phi)], axis=-1)
     V = pattern.vectors - (pattern.vectors.mean(axis=1, keepdims=True) if pattern.centred else 0)
@@ -516,12 +523,12 @@ def compiled(
 
 
 def _flat(samples: int) -> float:
-    """Return the squared length below which a vector counts as one without contrast."""
+    """Return the squared length up to which a vector of so many samples counts as zeros."""
     return 1e-3 * samples
 
 
 def _compared(one: np.ndarray, other: np.ndarray, centred: bool) -> np.ndarray:
-    """Return the normalised correlation of vectors in pairs; NaN where one is not there."""
+    """Return the normalised correlation of vectors in pairs; NaN where one left the picture."""
     if centred:
         one, other = (v - v.mean(axis=1, keepdims=True) for v in (one, other))
     norms = np.linalg.norm(one, axis=1) * np.linalg.norm(other, axis=1)
@@ -569,7 +576,7 @@ def _correlate(layers, chosen, poses, points, steps, vectors, centred):
                 found[i, j] = np.nan
                 continue
             product = total = squares = np.float32(0)
-            # greys are counted from the middle one: else their mean drowns a small contrast
+            # greys are counted from the middle one, so that single precision keeps a small contrast
             base = _between(image, u + half * du, v + half * dv) if centred else np.float32(0)
             for k in range(samples):
                 grey = _between(image, u, v) - base
@@ -587,7 +594,7 @@ def _correlate(layers, chosen, poses, points, steps, vectors, centred):
 @no_type_check
 @kernel(inline="always")
 def _leaves(u, v, du, dv, samples, width, height):
-    """Tell whether a line of samples leaves the pixels; its ends decide."""
+    """Tell whether a line of samples leaves the picture; it does if one of its ends does."""
     end_u, end_v = u + (samples - 1) * du, v + (samples - 1) * dv
     return not (
         min(u, end_u) >= -TINY
@@ -600,7 +607,7 @@ def _leaves(u, v, du, dv, samples, width, height):
 @no_type_check
 @kernel(fastmath=FAST, inline="always")
 def _between(image, u, v):
-    """Return the grey value between four pixels; on the last row or column, between the last."""
+    """Return the bilinear grey value at (u, v), a point of the picture."""
     height, width = image.shape
     column, row = min(int(u), width - 2), min(int(v), height - 2)
     right, down = np.float32(u - column), np.float32(v - row)
@@ -628,23 +635,23 @@ def make_pattern(
     image : (height, width)
         Grey values.
     centre : (2,)
-        Of the window, px.
+        Centre of the window, px.
     size : (2,)
-        Its width and height, px.
+        Width and height of the window, px.
     rules
-        Of points and vectors; those of `PatternRules` if not given.
+        Rules of points and vectors; those of `PatternRules` if not given.
     contours
-        How contours are found; those of `ContourRules` if not given.
+        Rules by which contours are found; those of `ContourRules` if not given.
     rng
-        Source of randomness; needed where points are picked at random.
+        Source of randomness; needed only if points are picked at random.
 
     Raises
     ------
     TypeError
         If an argument is of another type.
     ValueError
-        If the window does not lie in the picture, no contour with contrast is in it, or points are
-        to be picked at random without a generator.
+        If the window leaves the picture or holds no contour with contrast, or if points are to be
+        picked at random and there is no generator.
     """
     image = picture("image", image)
     if contours is not None:
@@ -663,10 +670,10 @@ def pattern_from(
     *,
     rng: np.random.Generator | None = None,
 ) -> Pattern:
-    """Return the pattern of a window of a picture whose contours are known.
+    """Return the pattern of a window of a picture whose edges and contours are known.
 
-    Parameters and errors are those of `make_pattern`, with the edges and contours of the whole
-    picture.
+    Parameters and errors are those of `make_pattern`; ``edges`` and ``contours`` are those of the
+    whole picture.
     """
     rules = PatternRules() if rules is None else checks.instance("rules", rules, PatternRules)
     middle = checks.array("centre", centre, (2,))
@@ -690,12 +697,12 @@ def pattern_from(
     if not points:
         raise ValueError(f"image must show a contour there, got none round {middle.tolist()}")
     at = np.concatenate(points)
-    # pieces that follow each other share an end
+    # neighbouring pieces share an end; it counts once
     at = at[np.sort(np.unique(at, axis=0, return_index=True)[1])]
     phi = edges.directions(at)
     taken = {"samples": rules.samples, "step": rules.step}
     V = grey_vectors(image, at, phi, **taken)
-    good = np.flatnonzero(V.var(axis=1) > _flat(1))  # NaN, beyond the picture, is not
+    good = np.flatnonzero(V.var(axis=1) > _flat(1))  # False for NaN: beyond the picture
     if not len(good):
         raise ValueError(f"image must show contrast there, got none round {middle.tolist()}")
     at, phi, V = at[good], phi[good], V[good].astype(float)
@@ -715,7 +722,7 @@ def pattern_from(
 def _picked(
     rates: Float[np.ndarray, " n"], rules: PatternRules, rng: np.random.Generator | None
 ) -> Int[np.ndarray, " m"]:
-    """Return which points are kept, in the order along the contours."""
+    """Return the numbers of the points that are kept, in rising order."""
     if rules.picked == "random":
         if rng is None:
             raise ValueError("rng must be given where points are picked at random, got None")
@@ -726,7 +733,7 @@ def _picked(
 
 
 def _clipped(piece, along, within, middle, spacing) -> list[Segment | Arc]:
-    """Return the parts of a contour inside a window, px from its middle; tiny ones are left out."""
+    """Return the parts of a contour inside a window, px from its middle, without tiny ones."""
     found: list[Segment | Arc] = []
     # a circle may leave the window and come back
     changes = np.flatnonzero(np.diff(within, prepend=False, append=False))
@@ -748,26 +755,25 @@ def _clipped(piece, along, within, middle, spacing) -> list[Segment | Arc]:
 
 @dataclass(frozen=True, slots=True)
 class WindowRules:
-    """Rules by which windows of a picture become patterns; the paper names none, all are ours.
+    """Rules by which windows of a picture become patterns. The paper names none; all are ours.
 
     Parameters
     ----------
     size
         Width and height of a window, px.
     most
-        So many are chosen at most.
+        The most windows that are chosen.
     margin
-        px between a window and the border of the picture.
+        Least distance of a window from the border of the picture, px.
     spacing
-        px between the places that are tried, and between the points of contours that are counted.
+        Distance between the windows that are tried, and between counted contour points, px.
     strength
-        So many points, of gradients in the direction that has fewer of them, a window needs.
+        Least strength of a window; see `interest_windows`.
     rival
-        A window whose contours correlate more with those elsewhere in the picture counts as
-        repeated.
+        Correlation with another place of the picture above which a window counts as repeated.
     apart
-        px between the centres of chosen windows, and to those that are there already; a third of it
-        from one that was tried and found weak or repeated.
+        Least distance between the centres of chosen windows, px, those that are already there
+        included. A window that was tried and refused keeps others away by a third of it.
     """
 
     size: Annotated[tuple[int, int], wholes(2, 8)] = (64, 64)
@@ -787,11 +793,11 @@ class Window:
     Parameters
     ----------
     centre : (2,)
-        px.
+        Centre in the picture, px.
     size : (2,)
         Width and height, px.
     strength
-        Points of contours whose gradients point in the direction that has fewer of them.
+        How well its contours hold the window against shifts and turns; see `interest_windows`.
     rival
         Correlation of its contours with those of the most similar other place of the picture.
     """
@@ -815,19 +821,23 @@ def interest_windows(
         \text{strength} = \lambda_{\min} \sum_j \begin{bmatrix} \cos\varphi_j \\ \sin\varphi_j
         \end{bmatrix} \begin{bmatrix} \cos\varphi_j & \sin\varphi_j \end{bmatrix}
 
-    over the contour points of the window: one that holds lines of one direction alone has none,
-    since it may be shifted along them. A window that may be turned about a point, as one that holds
-    a circle alone, is weak, too: its strength is no more than
-    :math:`\min_c \sum_j (\varphi_j \times (p_j - c))^2 / r^2` with r a quarter of its side.
+    over the contour points :math:`p_j` of the window, with :math:`\varphi_j` the direction of the
+    gradient there. Lines of one direction alone have strength 0, as a window can be shifted along
+    them unnoticed. A circle alone can be turned unnoticed; therefore the strength is at most
+
+    .. math:: \min_c \sum_j \big(n_j \times (p_j - c)\big)^2 / r^2,
+        \qquad n_j = (\cos\varphi_j, \sin\varphi_j),
+
+    with r a quarter of the shorter side of the window.
 
     Parameters
     ----------
     edges, contours
-        Of the picture.
+        Edges and contours of the picture.
     rules
         Size, number and thresholds; those of `WindowRules` if not given.
     taken : (m, 2)
-        Centres of windows that are there already, px.
+        Centres of windows that are patterns already, px.
 
     Returns
     -------
@@ -877,14 +887,14 @@ def interest_windows(
 
 
 def _near(others: Float[np.ndarray, "n 2"], point: Float[np.ndarray, "2"], apart: float) -> bool:
-    """Tell whether one of some points is closer to a point."""
+    """Tell whether another point is closer to a point than some distance."""
     return bool((np.hypot(*(others - point).T) < apart).any())
 
 
 def _contour_points(
     edges: Edges, contours: Sequence[Segment | Arc], spacing: float
 ) -> tuple[Float[np.ndarray, "n 2"], Float[np.ndarray, "n 2"]]:
-    """Return points of contours inside the picture, and the direction of the gradient at each."""
+    """Return the contour points inside the picture, and the unit gradient at each."""
     pieces = [piece.points(spacing) for piece in contours]
     at = np.rint(np.concatenate(pieces)) if pieces else np.empty((0, 2))
     high, wide = edges.mask.shape
@@ -896,7 +906,10 @@ def _contour_points(
 def _turning(
     points: Float[np.ndarray, "n 2"], normals: Float[np.ndarray, "n 2"], radius: float
 ) -> float:
-    """Return how well contour points hold a turn about the point that suits it best."""
+    r"""Return how well contour points resist a turn about the point where they resist least.
+
+    The minimum over c of :math:`\sum_j (n_j \times (p_j - c))^2 / r^2`, by least squares.
+    """
     arm = points[:, 0] * normals[:, 1] - points[:, 1] * normals[:, 0]
     left = arm - normals @ np.linalg.lstsq(normals, arm, rcond=None)[0]
     return float(left @ left) / radius**2
@@ -905,7 +918,7 @@ def _turning(
 def _tensor_image(
     at: Float[np.ndarray, "n 2"], normals: Float[np.ndarray, "n 2"], shape: tuple[int, int]
 ) -> Float[np.ndarray, "height width 3"]:
-    """Return, at each pixel with contour points, the sum of products of their directions."""
+    """Return at each pixel the sum of (nu², nv², nu nv) over the contour points that lie there."""
     tensors = np.zeros((*shape, 3))
     u, v = at.astype(int).T
     cos, sin = normals.T
@@ -914,12 +927,12 @@ def _tensor_image(
 
 
 def _rival(contours: np.ndarray, u: int, v: int, wide: int, high: int) -> float:
-    """Return how much a window's contours correlate with those elsewhere in the picture."""
+    """Return the largest correlation of a window's contours with those elsewhere in the picture."""
     window = contours[v : v + high, u : u + wide]
     found = cv2.matchTemplate(contours, window, cv2.TM_CCOEFF_NORMED)
     sums = cv2.integral(contours)
     held = sums[high:, wide:] - sums[:-high, wide:] - sums[high:, :-wide] + sums[:-high, :-wide]
-    found[held < 0.1 * held[v, u]] = 0  # hardly a contour is there: nothing to compare
+    found[held < 0.1 * held[v, u]] = 0  # too few contours there to compare
     reach_u, reach_v = wide // 4, high // 4
     found[max(v - reach_v, 0) : v + reach_v + 1, max(u - reach_u, 0) : u + reach_u + 1] = -1
     best = float(found.max())
