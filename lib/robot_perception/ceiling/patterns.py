@@ -512,7 +512,7 @@ def correlations(
 def compiled(
     pattern: Pattern,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, bool]:
-    """Return points, steps, vectors of length 1 and `centred`, as the compiled kernel needs them."""
+    """Return points, steps, vectors of length 1 and `centred`, arguments of the compiled kernel."""
     phi = pattern.places[:, 2]
     steps = pattern.step * np.stack([np.cos(phi), np.sin(phi)], axis=-1)
     V = pattern.vectors - (pattern.vectors.mean(axis=1, keepdims=True) if pattern.centred else 0)
