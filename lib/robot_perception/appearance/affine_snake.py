@@ -1,19 +1,20 @@
-r"""Snakes: outlines that slide onto edges, freely or by affine maps of where they start alone.
+r"""Snakes: outlines that slide onto edges, in any shape or as affine maps of their start only.
 
 A snake :math:`r = (r_1, \dots, r_n)` is a closed chain of points (u, v). Its energy is
 
 .. math::
-    E(r) = \tfrac12 \sum_i \alpha |r_{i+1} - r_i|^2 + \beta |r_{i+1} - 2 r_i + r_{i-1}|^2
-        + \min(D(r_i), T)^2
+    E(r) = \tfrac12 \sum_i \Big( \alpha |r_{i+1} - r_i|^2 + \beta |r_{i+1} - 2 r_i + r_{i-1}|^2
+        + \min\big(D(r_i), T\big)^2 \Big)
 
-with D the distance to the nearest edge. Squared and truncated it pulls a point straight onto an
-edge that is near, and does nothing where none is. T is large at first and small in the end, so that
-a snake that starts far away arrives, and what has no edge of its own is left to the others. Only
-the part of the pull across the snake counts: along it, points would crowd at the ends of edges that
-are partly hidden. The paper leaves the potential open; all this is our choice.
+with D the distance to the nearest edge. Its last term pulls a point straight onto an edge closer
+than the reach T, and does not move a point without one. T is large in the first steps, so that a
+snake arrives from far away, and small in the last, so that a point without an edge of its own
+follows its neighbours. Of the pull only the part across the snake counts: the part along it would
+crowd points at the ends of partly hidden edges. The paper leaves the potential open; all this is
+our choice.
 
-Distances grow by one from pixel to pixel and are interpolated in between. Beyond the frame of the
-image those at the frame hold.
+D is known at pixels and interpolated between them. A point beyond the image takes the value at the
+nearest point of its border.
 """
 
 from dataclasses import dataclass
@@ -46,9 +47,11 @@ __all__ = [
 ]
 
 MOST_POINTS = 2000
+"""The most points of a snake."""
 TINY = 1e-300
+"""Least length of a normal, so that one of length 0 can be divided by it."""
 FAR = 1e30
-"""Distance, px, of pixels that are not looked at."""
+"""Distance, px, written for pixels that lie beyond the reach of all edges."""
 
 
 def _falling(name: str, value: tuple[float, float]) -> tuple[float, float]:
@@ -66,14 +69,15 @@ class SnakeRules:
     Parameters
     ----------
     elasticity, rigidity
-        Weights α and β, against stretching and bending, by points, not by pixels.
+        Weights α and β against stretching and bending; differences are taken from point to point,
+        not for each pixel of length.
     damping
-        Weight γ of where a point was, at least 0.55: a step takes it about 1 / γ of the way to its
-        edge, and with less than a half the points would run away.
+        Weight γ of a point's present place, at least 0.55. A step takes a point about 1 / γ of its
+        distance to the edge; below one half it would overshoot more and more.
     reach
-        T at the first step and at the last, px; it falls by the same factor at each.
+        T at the first and at the last step, px; from step to step it falls by a constant factor.
     steps
-        How many steps are taken.
+        Number of steps.
     """
 
     elasticity: Annotated[float, within(0, 1e6)] = 0.05
@@ -100,7 +104,7 @@ class Affine:
     shift : (2,)
         t, px.
     centre : (2,)
-        c, the mean of the points of the outline it belongs to, px.
+        c, the mean of the points of the outline that is mapped, px.
     """
 
     matrix: Float[np.ndarray, "2 2"]
@@ -127,35 +131,35 @@ class Affine:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SnakeFit:
-    """Result of a fit: the outline at which a snake came to rest.
+    """Result of a fit: a snake at the start and after each step.
 
     Parameters
     ----------
     iterates : (steps + 1, n, 2)
-        Its points at the start and after each step, px.
+        Points of the snake, px; the start comes first.
     """
 
     iterates: Float[np.ndarray, "k n 2"]
 
     @property
     def outline(self) -> Outline:
-        """Its points at the end, px."""
+        """Points after the last step, px."""
         return self.iterates[-1]
 
     @property
     def affine(self) -> Affine:
-        """The affine map of the start that is nearest to the outline."""
+        """Affine map of the start that comes nearest to the outline."""
         return _affine_part(self.iterates[0], self.outline)[0]
 
     @property
     def residual(self) -> float:
-        """Root mean square of what is not affine, the outline less the map of the start, px."""
+        """Root mean square distance of the outline from the nearest affine map of the start, px."""
         nearest = _affine_part(self.iterates[0], self.outline)[1]
         return float(np.sqrt(np.mean(np.sum((self.outline - nearest) ** 2, axis=-1))))
 
 
 def area(outline: Outline) -> float:
-    r"""Return the area inside an outline, whichever way round it runs.
+    r"""Return the area inside an outline, whichever way round its points run.
 
     .. math:: \tfrac12 \left| \sum_i u_i v_{i+1} - u_{i+1} v_i \right|
 
@@ -184,7 +188,7 @@ def resample(outline: Outline, count: int = 80) -> Float[np.ndarray, "count 2"]:
     outline : (n, 2)
         Points (u, v), px; the last is joined to the first.
     count
-        How many points are wanted.
+        Number of points, 3 to 2000.
 
     Raises
     ------
@@ -200,22 +204,24 @@ def resample(outline: Outline, count: int = 80) -> Float[np.ndarray, "count 2"]:
 
 
 def affine_part(start: Outline, outline: Outline) -> tuple[Affine, Outline]:
-    r"""Return the affine map of a start nearest to an outline, and what it makes of the start.
+    r"""Return the affine map that takes a start nearest to an outline, and the mapped start.
 
     .. math:: \min_{M, t} \sum_i |M (r^0_i - c) + c + t - r_i|^2
+
+    with c the mean of the start.
 
     Parameters
     ----------
     start : (n, 2)
         Points :math:`r^0`, px.
     outline : (n, 2)
-        Points r, px, each belonging to the one of the start with its number.
+        Points r, px; point i belongs to point i of the start.
 
     Raises
     ------
     ValueError
-        If the points of the start lie on a line, or there are other numbers of points, or one is
-        not finite.
+        If the points of the start lie on a line, the numbers of points differ, or one is not
+        finite.
     """
     start = check_outline("start", start)
     points = checks.array("outline", outline, start.shape, beside="start")
@@ -229,26 +235,27 @@ def image_edges(
 
     .. math:: \nabla I^* = \nabla I \cdot \operatorname{dil}(\nabla S)
 
-    A pixel is one where the gradient is greater than before and behind it (Canny's rule), and no
-    smaller than a share of the greatest in the mask. Of the colours the one with the greatest
-    gradient counts. Ridges are looked for before the mask is laid on, so that its rim makes none.
+    A pixel lies on a ridge if the gradient there is larger than at its two neighbours along the
+    gradient (Canny's rule), and at least a share of the largest gradient in the mask. In a colour
+    image the channel with the largest gradient counts at each pixel. Ridges are found before the
+    mask is applied, so that the rim of the mask makes none.
 
     Parameters
     ----------
     image : (height, width) or (height, width, 3)
-        Bytes, grey or of several colours.
+        Grey or colour image, bytes.
     within : (height, width)
-        Where edges count, :math:`\operatorname{dil}(\nabla S)`.
+        Mask in which edges count, :math:`\operatorname{dil}(\nabla S)`.
     share
-        Of the greatest gradient, between 0 and 1; our choice, as the paper uses the gradient
-        itself.
+        Least gradient, as a share of the largest, between 0 and 1. Our choice; the paper uses the
+        gradient itself.
 
     Raises
     ------
     TypeError
-        If the image does not hold bytes or the mask not True and False.
+        If the image does not hold bytes, or the mask does not hold True and False.
     ValueError
-        If the two are of other shapes, or the share is not between 0 and 1.
+        If image and mask differ in size, or the share is not between 0 and 1.
 
     References
     ----------
@@ -276,14 +283,16 @@ def image_edges(
 
 
 def affine_snake(start: Outline, edges: Mask, rules: SnakeRules | None = None) -> SnakeFit:
-    r"""Return where a snake comes to rest that only affine maps of its start may deform.
+    r"""Return the fit of a snake that stays an affine map of its start.
 
-    After each step of the free snake its points are replaced by the nearest ones of the affine
-    family of the start, by least squares:
+    Each step is one of the free snake (see `free_snake`), after which the points are replaced by
+    the nearest affine map of the start, in the sense of least squares:
 
     .. math::
         r \leftarrow B B^+ (A + \gamma I)^{-1} (\gamma r - n n^\top D \nabla D),
         \qquad B = \begin{pmatrix} 1 & u^0 & v^0 \end{pmatrix}
+
+    with :math:`u^0` and :math:`v^0` the columns of coordinates of the start.
 
     Parameters
     ----------
@@ -309,13 +318,14 @@ def affine_snake(start: Outline, edges: Mask, rules: SnakeRules | None = None) -
 
 
 def free_snake(start: Outline, edges: Mask, rules: SnakeRules | None = None) -> SnakeFit:
-    r"""Return where a snake comes to rest that may take any shape.
+    r"""Return the fit of a snake that may take any shape.
 
     .. math:: r \leftarrow (A + \gamma I)^{-1} (\gamma r - n n^\top D \nabla D)
 
-    n is the normal of the snake at each point, A the circulant matrix of stretching and bending:
-    along each row
-    :math:`\beta,\, -\alpha - 4\beta,\, 2\alpha + 6\beta,\, -\alpha - 4\beta,\, \beta`.
+    The last term is 0 at points farther from an edge than the reach T. n is the unit normal of the
+    snake at each point. A is the circulant matrix of stretching and bending, with entries
+    :math:`\beta,\, -\alpha - 4\beta,\, 2\alpha + 6\beta,\, -\alpha - 4\beta,\, \beta` about the
+    diagonal of each row.
 
     Parameters
     ----------
@@ -344,14 +354,14 @@ def free_snake(start: Outline, edges: Mask, rules: SnakeRules | None = None) -> 
 def step_by_step(
     start: Outline, edges: Mask, rules: SnakeRules | None = None, *, affine: bool = True
 ) -> SnakeFit:
-    """Return what `affine_snake` or `free_snake` gives, computed line by line without a compiler.
+    """Return the fit of `affine_snake` or of `free_snake`, computed without compiled kernels.
 
     Parameters
     ----------
     start, edges, rules
-        As there.
+        As for these.
     affine
-        Which of the two.
+        Whether the fit is that of `affine_snake`.
 
     Raises
     ------
@@ -403,9 +413,9 @@ def _checked(
 
 
 def _distance(edges: Mask, reach: float) -> Float[np.ndarray, "h w"]:
-    """Return the distance of each pixel to the nearest edge; far beyond the reach just a large one.
+    """Return the distance of each pixel to the nearest edge.
 
-    A pixel further than the reach from the box round all edges pulls no point.
+    Pixels farther than the reach from the box around all edges pull no point; they get `FAR`.
     """
     u, v, width, height = cv2.boundingRect(edges.view(np.uint8))
     margin = int(min(reach, max(edges.shape))) + 3
@@ -418,14 +428,14 @@ def _distance(edges: Mask, reach: float) -> Float[np.ndarray, "h w"]:
 def _affine_part(start: Outline, outline: Outline) -> tuple[Affine, Outline]:
     centre, mean = start.mean(axis=0), outline.mean(axis=0)
     spread = start - centre
-    # of centred points the shift is that of the mean, and the matrix a problem of its own
+    # once both are centred, the shift is that of the means, and M is a linear least-squares fit
     with checks.computable("start"):
         matrix = np.linalg.solve(spread.T @ spread, spread.T @ (outline - mean)).T
     return Affine(matrix, mean - centre, centre), spread @ matrix.T + mean
 
 
 def _family(start: Outline) -> Float[np.ndarray, "n 3"]:
-    """Return an orthonormal basis of the affine family of an outline, for each coordinate."""
+    """Return an orthonormal basis of the columns (1, u, v) of an outline."""
     spread = start - start.mean(axis=0)
     ones = np.ones((len(start), 1))
     return np.linalg.qr(np.hstack([ones, spread / np.abs(spread).max()]))[0]
@@ -435,9 +445,11 @@ def _family(start: Outline) -> Float[np.ndarray, "n 3"]:
 def _moves(
     start: bytes, n: int, *weights: float
 ) -> tuple[Float[np.ndarray, "rows n"], Float[np.ndarray, "columns n"]]:
-    """Return what takes pulled points to new ones, and the basis in which it gives them.
+    """Return the matrix that takes pulled points to new ones, and the basis of its results.
 
-    Snakes of one frame have one start.
+    For an affine snake its results are coefficients in the basis; for a free one, given by an empty
+    start, they are the new points, and the basis is empty. Both are kept, as the snakes of a frame
+    share their start.
     """
     stiff = _smoothing(n, *weights)
     if not start:
@@ -457,7 +469,7 @@ def _reaches(reach: tuple[float, float], steps: int) -> Float[np.ndarray, " step
 def _smoothing(
     n: int, elasticity: float, rigidity: float, damping: float
 ) -> Float[np.ndarray, "n n"]:
-    """Return the inverse of the circulant matrix, by its eigenvalues: the Fourier transform."""
+    """Return the inverse of the circulant matrix A + γ I, by the Fourier transform."""
     wave = 2 - 2 * np.cos(2 * np.pi * np.arange(n) / n)
     row = np.fft.ifft(1 / (damping + elasticity * wave + rigidity * wave**2)).real
     inverse = row[(np.arange(n)[:, None] - np.arange(n)) % n]
@@ -468,7 +480,7 @@ def _smoothing(
 def _sampled(
     distance: Float[np.ndarray, "h w"], points: Outline
 ) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, "n 2"]]:
-    """Return distances at points, interpolated in their squares of pixels, and their gradients."""
+    """Return distance and gradient at points, interpolated bilinearly between four pixels."""
     height, width = distance.shape
     u, v = np.clip(points, 0, [width - 1, height - 1]).T
     column = np.minimum(u.astype(int), width - 2)
@@ -486,9 +498,9 @@ def _sampled(
 @kernel()
 @no_type_check
 def _slide(distance, onto, basis, damping, reaches, iterates):  # pragma: no cover - compiled
-    """Write the points after each step, coordinates in rows.
+    """Write the points after each step; ``iterates`` holds u in the first row and v in the second.
 
-    ``onto`` takes pulled points to new ones or, where there is a ``basis``, to coefficients in it.
+    ``onto`` and ``basis`` are those of `_moves`. The interpolation is that of `_sampled`.
     """
     height, width = distance.shape
     n = onto.shape[1]
@@ -496,7 +508,7 @@ def _slide(distance, onto, basis, damping, reaches, iterates):  # pragma: no cov
     for k in range(reaches.size):
         r, new = iterates[k], iterates[k + 1]
         for i in range(n):
-            u = min(width - 1.0, max(0.0, r[0, i]))  # in this order NaN is the first pixel
+            u = min(width - 1.0, max(0.0, r[0, i]))  # in this order NaN becomes 0
             v = min(height - 1.0, max(0.0, r[1, i]))
             column, row = min(int(u), width - 2), min(int(v), height - 2)
             x, y = u - column, v - row
@@ -522,7 +534,7 @@ def _slide(distance, onto, basis, damping, reaches, iterates):  # pragma: no cov
 @kernel()
 @no_type_check
 def _times(matrix, columns, products):  # pragma: no cover - compiled
-    """Write the products of a matrix with two columns, which stand in rows."""
+    """Write the products of a matrix with two vectors, which are the rows of ``columns``."""
     for i in range(matrix.shape[0]):
         u, v = 0.0, 0.0
         for j in range(matrix.shape[1]):

@@ -5,10 +5,10 @@ described by eight numbers
 
 .. math:: x_t = (m_t, \lambda_t, \theta_t, \phi_t)
 
-its mean, the standard deviations along its principal axes (the paper's "magnitudes", our reading)
+its mean, the standard deviations along its principal axes (our reading of the paper's "magnitudes")
 and two angles that turn the principal axes of :math:`\mathcal C_{t-1}` onto those of
-:math:`\mathcal C_t`. Two angles aim the first axis and leave open the turn about it: here there is
-none, :math:`R(\theta, \phi) = R_3(\theta) R_2(-\phi)`, our choice.
+:math:`\mathcal C_t`. Two angles fix the first axis, but not the turn about it. We choose no such
+turn: :math:`R(\theta, \phi) = R_3(\theta) R_2(-\phi)`, with :math:`R_k` the rotation about axis k.
 """
 
 from dataclasses import dataclass
@@ -23,18 +23,18 @@ from robot_perception.fields import at_least, checked
 __all__ = ["SIZE", "ColourDistribution", "Dynamics", "describe", "learn", "turn", "warp"]
 
 SIZE = 8
-"""Numbers of a state."""
+"""How many numbers a state has."""
 EQUAL = 1e-9
-"""Variances that differ by less, as a share of the largest, are equal: their axes are free."""
+"""Variances that differ by less, as a share of the largest, count as equal."""
 FLAT = 1e-9
-"""A standard deviation below this is none: there is nothing to stretch."""
+"""Standard deviation up to which colours count as equal along an axis."""
 
 Colours = Float[np.ndarray, "n 3"]
 States = Float[np.ndarray, "*batch 8"]
 
 
 def _turned(name: str, axes: Float[np.ndarray, "*batch 3 3"]) -> Float[np.ndarray, "*batch 3 3"]:
-    """Return axes that are a rotation."""
+    """Return axes, or raise ``ValueError`` if they are not the columns of a rotation."""
     off = np.abs(axes.mT @ axes - np.eye(3)).max(initial=0.0)
     if off > 1e-9 or (np.linalg.det(axes) < 0).any():
         raise ValueError(f"{name} must be a rotation, got one that is off by {off:.3g}")
@@ -42,7 +42,7 @@ def _turned(name: str, axes: Float[np.ndarray, "*batch 3 3"]) -> Float[np.ndarra
 
 
 def _of_one_or_two(name: str, A: Float[np.ndarray, "8 n"]) -> Float[np.ndarray, "8 n"]:
-    """Return a matrix that goes on from the last state or from the last two."""
+    """Return a matrix, or raise ``ValueError`` if it suits neither one earlier state nor two."""
     if A.shape[1] not in (SIZE, 2 * SIZE):
         raise ValueError(f"{name} must be (8, 8) or (8, 16), got {A.shape}")
     return A
@@ -57,16 +57,17 @@ class ColourDistribution:
     mean : (…, 3)
         m, in the units of the colour space.
     lengths : (…, 3)
-        :math:`\lambda`, standard deviations along the axes.
+        :math:`\lambda`, standard deviations along the principal axes.
     axes : (…, 3, 3)
-        Principal axes in columns, a rotation.
+        V, the principal axes as columns of a rotation.
     angles : (…, 2)
-        :math:`\theta` and :math:`\phi` by which the first axis is turned from the axes before, rad.
+        :math:`\theta` and :math:`\phi`, direction of the first axis in the frame of the axes of the
+        time step before, rad (see `turn`).
 
     Raises
     ------
     ValueError
-        If leading axes differ, or the axes are no rotation.
+        If the shapes of the batch differ, or the axes are no rotation.
     """
 
     mean: Float[np.ndarray, "*batch 3"]
@@ -90,7 +91,7 @@ class ColourDistribution:
         states : (…, 8)
             :math:`(m, \lambda, \theta, \phi)`.
         axes : (3, 3)
-            Principal axes before, from which the angles turn.
+            Principal axes of the time step before, which the angles turn.
 
         Raises
         ------
@@ -111,7 +112,7 @@ class ColourDistribution:
 
 
 def turn(angles: Float[np.ndarray, "*batch 2"]) -> Float[np.ndarray, "*batch 3 3"]:
-    r"""Return the rotation that two angles stand for.
+    r"""Return the rotation :math:`R_3(\theta) R_2(-\phi)` of two angles.
 
     .. math::
         R = \begin{pmatrix}
@@ -123,8 +124,8 @@ def turn(angles: Float[np.ndarray, "*batch 2"]) -> Float[np.ndarray, "*batch 3 3
     Parameters
     ----------
     angles : (…, 2)
-        :math:`\theta` and :math:`\phi`, rad: the first axis in the plane of the first two axes
-        before, and out of it.
+        :math:`\theta` turns the first axis in the plane of the first two axes, :math:`\phi` lifts
+        it out of that plane, rad.
 
     Raises
     ------
@@ -138,19 +139,20 @@ def turn(angles: Float[np.ndarray, "*batch 2"]) -> Float[np.ndarray, "*batch 3 3
 
 
 def describe(colours: Colours, axes: Float[np.ndarray, "3 3"] | None = None) -> ColourDistribution:
-    r"""Return mean, principal lengths and axes of a set of colours.
+    r"""Return the distribution of a set of colours: its mean, lengths, axes and angles.
 
     .. math:: C = \frac1n \sum_i (c_i - m)(c_i - m)^\top = V \operatorname{diag}(\lambda^2) V^\top
 
-    The axes are ordered by falling length. Signs, and the axes of equal lengths (of a single
-    colour all three), are not given by the colours: those nearest to the axes before are taken.
+    The axes are ordered by falling length. The colours leave open the signs of the axes, and the
+    directions of axes of equal length (of all three for a single colour). There we take those
+    nearest to the axes of the time step before.
 
     Parameters
     ----------
     colours : (n, 3)
         At least one colour.
     axes : (3, 3)
-        Principal axes before, a rotation; those of the colour space if not given.
+        Principal axes of the time step before, a rotation; those of the colour space if not given.
 
     Raises
     ------
@@ -165,7 +167,7 @@ def describe(colours: Colours, axes: Float[np.ndarray, "3 3"] | None = None) -> 
     variances, found = variances[::-1].clip(0.0), found[:, ::-1].copy()
     steps = np.diff(variances) < -EQUAL * variances[0]
     for group in np.split(np.arange(3), np.flatnonzero(steps) + 1):
-        # the basis of the same space nearest to the axes before; for one axis its sign
+        # rotate the axes of equal length towards the axes before; a single axis gets its sign
         left, _, right = np.linalg.svd(found[:, group].T @ before[:, group])
         found[:, group] = found[:, group] @ left @ right
     if np.linalg.det(found) < 0:
@@ -183,19 +185,21 @@ def warp(
     .. math::
         c \mapsto m' + V' \operatorname{diag}(\lambda' / \lambda) V^\top (c - m)
 
+    Along an axis with :math:`\lambda = 0` nothing is stretched.
+
     Parameters
     ----------
     colours : (n, 3)
-        The set that ``before`` describes.
+        Colours c, the set that ``before`` describes.
     before
-        One distribution. Along an axis on which it has no length nothing can be stretched.
+        Distribution :math:`(m, \lambda, V)` of these colours.
     after
-        One distribution or a batch of them.
+        Distribution :math:`(m', \lambda', V')` that they shall have, or a batch of them.
 
     Raises
     ------
     TypeError
-        If a distribution is none.
+        If ``before`` or ``after`` is not a `ColourDistribution`.
     ValueError
         If there is no colour, one is not finite, or ``before`` is a batch.
     """
@@ -215,16 +219,16 @@ class Dynamics:
 
     .. math:: x_t = A s_{t-1} + b + B w, \qquad w \sim \mathcal N(0, I)
 
-    with :math:`s = x_{t-1}` or :math:`(x_{t-1}, x_{t-2})`, the newest first.
+    with :math:`s_{t-1} = x_{t-1}` (first order) or :math:`s_{t-1} = (x_{t-1}, x_{t-2})` (second).
 
     Parameters
     ----------
     A : (8, 8) or (8, 16)
-        How the last state, or the last two, go on.
+        Transition matrix.
     b : (8,)
-        What is added.
+        Constant drift.
     B : (8, 8)
-        How the noise comes in; :math:`B B^\top` is its covariance.
+        Noise matrix; :math:`B B^\top` is the covariance of the noise.
 
     References
     ----------
@@ -238,24 +242,24 @@ class Dynamics:
 
     @property
     def order(self) -> int:
-        """Number of earlier states that it needs, 1 or 2."""
+        """Order of the model: the number of earlier states that it needs, 1 or 2."""
         return self.A.shape[1] // SIZE
 
     def propagate(
         self, states: Float[np.ndarray, "*batch n"], *, rng: np.random.Generator, noise: float = 1.0
     ) -> Float[np.ndarray, "*batch n"]:
-        r"""Return the next states, with what they need of those before.
+        r"""Return :math:`s_t`: the next states, each followed by the last one at second order.
 
-        A length that comes out negative is reflected at 0.
+        Negative lengths are reflected at 0.
 
         Parameters
         ----------
         states : (…, 8 order)
-            :math:`x_{t-1}`, or :math:`(x_{t-1}, x_{t-2})`.
+            :math:`s_{t-1}`: :math:`x_{t-1}`, or :math:`(x_{t-1}, x_{t-2})`.
         rng
             Source of w.
         noise
-            Factor of B; 0 leaves w out.
+            Factor of B; 0 predicts without noise.
 
         Raises
         ------
@@ -271,15 +275,16 @@ class Dynamics:
 
 
 def learn(states: Float[np.ndarray, "n 8"], *, order: int = 1, ridge: float = 0.1) -> Dynamics:
-    r"""Return the dynamics that a training sequence shows, by least squares.
+    r"""Return the dynamics of a training sequence, by least squares with a ridge.
 
     .. math::
-        \min_{A, b} \sum_t |x_t - A s_{t-1} - b|^2 + n \kappa |(A - A_0) D|^2, \qquad
+        \min_{A, b} \sum_t |x_t - A s_{t-1} - b|^2 + N \kappa |(A - A_0) D|^2, \qquad
         B B^\top = \operatorname{cov}(x_t - A s_{t-1} - b)
 
-    with D the standard deviations of the numbers in training. What training does not decide stays
-    with :math:`A_0`: a state as it was, or with two states one that goes on at constant velocity;
-    angles, which count from the axes before and so are turns a frame already, go to 0.
+    over the N transitions of the sequence, with D the diagonal matrix of the standard deviations of
+    s in training. The prior :math:`A_0` holds where training decides nothing: mean and lengths stay
+    as they were (first order) or go on at constant velocity (second order). It sets angles to 0, as
+    an angle counts from the axes of the frame before and is a velocity already.
 
     Parameters
     ----------
@@ -288,7 +293,7 @@ def learn(states: Float[np.ndarray, "n 8"], *, order: int = 1, ridge: float = 0.
     order
         1, or 2 for the constant velocity that the paper names.
     ridge
-        :math:`\kappa`, positive; our choice.
+        Weight :math:`\kappa` of the prior, positive; our choice.
 
     Raises
     ------
@@ -309,10 +314,10 @@ def learn(states: Float[np.ndarray, "n 8"], *, order: int = 1, ridge: float = 0.
     turned = np.r_[np.ones(6), 0.0, 0.0]
     prior = np.hstack([np.diag(turned)] if order == 1 else [np.diag(2 * turned), -np.diag(turned)])
     s = np.hstack([states[order - 1 - k : len(states) - 1 - k] for k in range(order)])
-    after = states[order:] - s @ prior.T  # what the prior leaves to be explained
+    after = states[order:] - s @ prior.T  # residuals of the prior
     centre, rest = s.mean(axis=0), after.mean(axis=0)
     apart = s - centre
-    penalty = ridge * apart.var(axis=0) + FLAT**2  # what never changed is left to the prior
+    penalty = ridge * apart.var(axis=0) + FLAT**2  # where s never changed, the prior holds
     gram = apart.T @ apart / len(s) + np.diag(penalty)
     gained = np.linalg.solve(gram, apart.T @ (after - rest) / len(s)).T
     b = rest - gained @ centre

@@ -1,7 +1,8 @@
-r"""Segmentation by a histogram's colours: the mask of their pixels, and the object's blob.
+r"""Segmentation by colour: the mask of pixels with colours of a histogram, and the object's blob.
 
-Pixels of an object hang together over sides and corners, those of a hole over sides alone. How a
-mask is cleaned, and how wide its boundary is, the paper leaves open: these are our choices.
+Pixels of an object are connected across sides and corners (8-connected), those of the background
+and of holes across sides alone (4-connected). The paper does not say how a mask is cleaned or how
+wide its boundary is; both are our choice.
 """
 
 from dataclasses import dataclass
@@ -20,30 +21,32 @@ with needing():
 
 __all__ = ["Blob", "blob", "boundary", "clean", "dilate", "euler_number", "filled", "segment"]
 
-# which 2 × 2 squares hold one pixel, three, or two across a corner; bits 1 2 / 4 8
+# Weight of each 2 × 2 square in 4 E: 1 with one pixel, -1 with three, -2 with two across a corner.
+# The number of a square is the sum of its pixels: 1 and 2 in the upper row, 4 and 8 in the lower.
 QUADS = np.array([0, 1, 1, 0, 1, 0, -2, -1, 1, -2, 0, -1, 0, -1, -1, 0])
 
 
 def segment(
     index: Integer[np.ndarray, "height width"], histogram: Real[np.ndarray, " bins"]
 ) -> Bool[np.ndarray, "height width"]:
-    r"""Return where the colour of an image has been seen on the object.
+    r"""Return the mask of the pixels whose colour the histogram of the object holds.
 
     .. math:: S(u, v) = 1 \quad\text{where}\quad H(b(u, v)) > 0
 
     Parameters
     ----------
     index : (height, width)
-        Number b of each pixel's bin.
+        Bin b of each pixel's colour.
     histogram : (bins,)
-        Counts or shares H, none negative.
+        Counts or shares H of the bins, not negative.
 
     Raises
     ------
     TypeError
-        If the numbers of bins are not whole.
+        If the bins are not whole numbers.
     ValueError
-        If the image is empty, a number is that of no bin, or a count is negative or not finite.
+        If the image is empty, a bin is not one of the histogram's, or a count is negative or not
+        finite.
 
     References
     ----------
@@ -69,16 +72,17 @@ def segment(
 
 
 def clean(mask: Mask, opening: int = 3, closing: int = 5) -> Mask:
-    """Return a mask without specks and cracks: opened, then closed, with discs.
+    """Return a mask without specks and cracks: opened with a disc, then closed with another.
+
+    Opening removes what is narrower than its disc, closing fills gaps narrower than its disc.
+    Larger holes stay, since their number tells how good a segmentation is.
 
     Parameters
     ----------
     mask : (height, width)
         True on the object.
     opening, closing
-        Diameters of the discs, px, odd; 1 leaves that step out. What is narrower than the first
-        goes, and so do gaps narrower than the second. Larger holes stay, since their number says
-        how good a segmentation is.
+        Diameters of the discs, px, odd; 1 leaves that step out.
 
     Raises
     ------
@@ -92,7 +96,7 @@ def clean(mask: Mask, opening: int = 3, closing: int = 5) -> Mask:
     if opening > 1:
         found = cv2.morphologyEx(found, cv2.MORPH_OPEN, _disc(opening))
     if closing > 1:
-        # with a margin, as otherwise what touches the frame of the image would grow along it
+        # without a margin, a blob that touches the border of the image would grow along it
         wide = cv2.copyMakeBorder(found, *4 * (closing,), cv2.BORDER_CONSTANT, value=0)
         wide = cv2.morphologyEx(wide, cv2.MORPH_CLOSE, _disc(closing))
         found = wide[closing:-closing, closing:-closing]
@@ -100,14 +104,14 @@ def clean(mask: Mask, opening: int = 3, closing: int = 5) -> Mask:
 
 
 def dilate(mask: Mask, reach: int) -> Mask:
-    """Return a mask that reaches so many pixels further to all sides.
+    """Return a mask dilated by a disc.
 
     Parameters
     ----------
     mask : (height, width)
-        What is made larger.
+        The mask.
     reach
-        Radius of the disc, px.
+        Radius of the disc, px; 0 to 200.
 
     Raises
     ------
@@ -121,17 +125,17 @@ def dilate(mask: Mask, reach: int) -> Mask:
 
 
 def boundary(mask: Mask, reach: int = 1) -> Mask:
-    r"""Return the pixels near the border between a mask and the rest, :math:`\nabla S`.
+    r"""Return the band of pixels along the border of a mask, :math:`\nabla S`.
 
-    The band lies evenly on both sides: it is the mask dilated less the mask eroded. The frame of
-    the image is no border.
+    The band is the dilated mask without the eroded mask, and so lies evenly on both sides. Where
+    the mask meets the edge of the image there is no border.
 
     Parameters
     ----------
     mask : (height, width)
         True on the object.
     reach
-        Pixels on each side of the border.
+        Width of the band on each side of the border, px; 1 to 200.
 
     Raises
     ------
@@ -148,16 +152,17 @@ def boundary(mask: Mask, reach: int = 1) -> Mask:
 
 
 def euler_number(mask: Mask) -> int:
-    r"""Return how many pieces a mask has, less its holes, by counts of 2 × 2 squares.
+    r"""Return the Euler number of a mask: its pieces minus its holes.
 
     .. math:: E = \tfrac{1}{4} (Q_1 - Q_3 - 2 Q_D)
 
-    where so many squares hold one pixel, three, or two that meet in a corner.
+    Of all 2 × 2 squares, :math:`Q_1` hold one pixel of the mask, :math:`Q_3` three, and
+    :math:`Q_D` two that meet in a corner only.
 
     Parameters
     ----------
     mask : (height, width)
-        True on the object; pieces hang together over corners, holes do not.
+        True on the object; pieces are 8-connected, holes 4-connected.
 
     Raises
     ------
@@ -177,19 +182,19 @@ def euler_number(mask: Mask) -> int:
 def filled(outline: Outline, shape: tuple[int, int]) -> Mask:
     """Return the pixels of an image whose centres lie inside an outline.
 
-    Where an outline crosses itself, what it goes round twice is outside.
+    The rule is even-odd: a part that a crossing outline goes round twice is outside.
 
     Parameters
     ----------
     outline : (n, 2)
-        Points (u, v), px; may reach beyond the image.
+        Points (u, v), px; they may lie beyond the image.
     shape
-        Height and width of the image.
+        Height and width of the image, px.
 
     Raises
     ------
     ValueError
-        If the points lie on a line or are not finite, or the shape is none.
+        If the points lie on a line or are not finite, or the shape is not that of an image.
     """
     points = check_outline("outline", outline)
     height, width = checks.integers("shape", shape, (2,), 1).tolist()
@@ -202,19 +207,19 @@ def filled(outline: Outline, shape: tuple[int, int]) -> Mask:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Blob:
-    r"""One piece of a segmentation.
+    r"""A connected piece of a segmentation.
 
     Parameters
     ----------
     mask : (height, width)
-        Its pixels.
+        True on the piece.
     area
-        Number of them.
+        Number of its pixels.
     euler
-        1 less the number of its holes.
+        Its Euler number: 1 minus the number of its holes.
     overlap
-        How many of them lie inside the predicted outline; 0 if none does or none was given, and
-        then this is the largest piece.
+        Number of its pixels inside the predicted outline; 0 if there are none, or no outline was
+        given. Then it is the largest piece.
     """
 
     mask: Mask
@@ -223,12 +228,12 @@ class Blob:
     overlap: int
 
     def boundary(self, reach: int = 1) -> Mask:
-        r"""Return its edges :math:`\nabla S`, also those of its holes; see `boundary`.
+        r"""Return the band along the borders of the piece and of its holes; see `boundary`.
 
         Parameters
         ----------
         reach
-            Pixels on each side of the border.
+            Width of the band on each side of a border, px.
 
         Raises
         ------
@@ -239,24 +244,25 @@ class Blob:
 
 
 def blob(mask: Mask, near: Outline | Mask | None = None) -> Blob | None:
-    """Return the piece of a mask that is taken for the object, ``None`` if there is no piece.
+    """Return the piece of a mask that counts as the object, or ``None`` if nothing is in the mask.
 
-    It is the one with most pixels inside a predicted outline; where none has any, the largest.
+    It is the piece with most pixels inside the predicted outline. If no piece has a pixel there, it
+    is the largest piece.
 
     Parameters
     ----------
     mask : (height, width)
         A segmentation, cleaned.
     near : (n, 2) or (height, width)
-        Outline (u, v) where the object is expected, px, or the mask of its inside.
+        Predicted outline (u, v) of the object, px, or the mask of its inside.
 
     Raises
     ------
     TypeError
         If the mask does not hold True and False.
     ValueError
-        If the mask is empty, the one of the inside has another shape, or the points of the outline
-        lie on a line or are not finite.
+        If a mask has no pixels, the two masks differ in shape, or the points of the outline lie on
+        a line or are not finite.
     """
     mask = check_mask("mask", mask)
     expected = None if near is None else _expected(near, mask.shape)
@@ -281,7 +287,7 @@ def blob(mask: Mask, near: Outline | Mask | None = None) -> Blob | None:
 
 
 def _expected(near: Outline | Mask, shape: tuple[int, int]) -> Mask:
-    """Return the pixels where an object is expected."""
+    """Return the mask of the pixels where an object is expected, from an outline or a mask."""
     if not (isinstance(near, np.ndarray) and near.dtype == bool):
         return filled(check_outline("near", near), shape)
     if check_mask("near", near).shape != shape:
@@ -303,7 +309,7 @@ def _diameter(name: str, value: int) -> int:
 @kernel()
 @no_type_check
 def _look_up(index, seen, found):  # pragma: no cover - compiled
-    """Write whether each bin has been seen; tell whether all numbers are those of bins."""
+    """Write for each pixel whether its bin has been seen; return False if a bin does not exist."""
     for v in range(index.shape[0]):
         for u in range(index.shape[1]):
             b = index[v, u]
@@ -316,11 +322,11 @@ def _look_up(index, seen, found):  # pragma: no cover - compiled
 @kernel()
 @no_type_check
 def _euler(mask, quads):  # pragma: no cover - compiled
-    """Return the sum of what the 2 × 2 squares count; beyond the frame nothing is."""
+    """Return the sum of the weights of all 2 × 2 squares; beyond the image pixels are False."""
     height, width = mask.shape
     total = 0
     for v in range(height + 1):
-        square = 0  # its left half
+        square = 0  # so far its first column, bits 1 and 4
         for u in range(width + 1):
             above, here = v > 0 and u < width, v < height and u < width
             right = 2 * (above and mask[v - 1, u]) + 8 * (here and mask[v, u])
@@ -332,14 +338,17 @@ def _euler(mask, quads):  # pragma: no cover - compiled
 @kernel()
 @no_type_check
 def _fill(points, found):  # pragma: no cover - compiled
-    """Write which pixel centres lie inside: those with an odd number of sides on their left."""
+    """Write which pixel centres lie inside: an odd number of sides lies left of them in their row.
+
+    First each side toggles the first pixel to its right in each row; then a row is summed up.
+    """
     height, width = found.shape
     for i in range(len(points)):
         u0, v0 = points[i - 1]
         u1, v1 = points[i]
         if v0 > v1:
             u0, v0, u1, v1 = u1, v1, u0, v0
-        # half open, so that a corner counts once and a level side not at all
+        # rows from v0 on, without v1: a corner counts once, and a level side not at all
         first, end = max(0.0, np.ceil(v0)), min(float(height), max(0.0, np.ceil(v1)))
         for v in range(int(min(float(height), first)), int(end)):
             u = int(np.ceil(min(float(width), max(0.0, u0 + (v - v0) / (v1 - v0) * (u1 - u0)))))
