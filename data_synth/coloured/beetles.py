@@ -22,8 +22,9 @@ from data_synth.coloured.sequences import HEIGHT, WIDTH, Camera, Sequence
 
 __all__ = ["beetle"]
 
-# Parts along the axis from the tail to the front, half the beetle's length 1: where each begins,
-# the middle and the half axes of its ellipsoid.
+# Wing cases, pronotum and head, from the tail to the front; the unit is half the beetle's length.
+# For each: the place on the axis where it begins, the centre of its ellipsoid there, and the
+# semi-axes of the ellipsoid along, across and up.
 _PARTS = np.array(
     [
         [-1.00, -0.30, 0.70, 0.57, 0.42],
@@ -42,25 +43,25 @@ def beetle(
     clutter: bool = True,
     camera: Camera | None = None,
 ) -> Sequence:
-    """Return a shiny beetle that walks over sand, moss and leaves; the target is its body.
+    """Return a film of a shiny beetle that walks over sand and moss; the target is its body.
 
     The outline goes round wing cases, pronotum and head; legs and antennae are ``extra``. Sun and
-    sky light it, the sun through clouds and leaves; the sun's reflection moves as it turns.
+    sky light the beetle, and the reflection of the sun on it moves as it turns.
 
     Parameters
     ----------
     rng
         Source of the ground, the path, the light and the noise.
     frames
-        How many.
+        Number of frames.
     light
-        ``"steady"`` for a sun without clouds and leaves before it.
+        ``"changing"``: clouds pass and leaves cast shadows. ``"steady"``: the sun shines freely.
     legs
-        Whether it has legs and antennae.
+        Whether the beetle has legs and antennae.
     clutter
-        Whether leaves and stones, some of its colours, lie on the ground.
+        Whether leaves and stones, some in colours like the beetle's, lie on the ground.
     camera
-        That films; by default as :class:`~data_synth.coloured.Camera` is.
+        The camera; a default :class:`~data_synth.coloured.Camera` if not given.
     """
     motion, grounds, air, coat, noise = start(rng, frames, 5)
     instance("legs", legs, bool)
@@ -82,7 +83,7 @@ def beetle(
         return place_at(size(time) * ring, path.heading(time), path.place(time))
 
     def limbs(time: float) -> np.ndarray:
-        """Share of each pixel that legs and antennae cover."""
+        """Return the share of each pixel that legs and antennae cover."""
         total = np.zeros((HEIGHT, WIDTH), dtype=np.float32)
         for line, widths in _limbs(path.way(time)) if legs else ():
             line = place_at(size(time) * line, path.heading(time), path.place(time))
@@ -120,7 +121,7 @@ _WING, _FRONT, _LEG = np.array([[0.20, 0.042, 0.016], [0.085, 0.022, 0.012], [0.
 
 
 def _outline(points: int = 45) -> np.ndarray:
-    """Outline (2 points, 2) of the body, its axis the first, half its length 1."""
+    """Return the outline (2 points, 2) of the body: along and across, in half its length."""
     along = -np.cos(np.pi * (np.arange(points) + 0.5) / points)
     part = np.searchsorted(_PARTS[:, 0], along, side="right") - 1
     middle, long, wide = _PARTS[part, 1:4].T
@@ -130,7 +131,10 @@ def _outline(points: int = 45) -> np.ndarray:
 
 
 def _limbs(way: float) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Legs in two tripods that step in turn, and antennae, in the frame of the body."""
+    """Return lines with their widths: six legs and two antennae, in half the body's length.
+
+    The legs form two tripods that step in turn; ``way`` sets the phase of the step.
+    """
     lines = []
     for k, hip in enumerate((0.50, 0.22, -0.05)):
         for side in (-1, 1):
@@ -151,8 +155,10 @@ def _limbs(way: float) -> list[tuple[np.ndarray, np.ndarray]]:
 
 @kernel()
 def _coat(place, heading, size, spots, sun, sky, light):
-    """Write the light that comes back from the body: wing cases with furrows, spots and a seam
-    between them, pronotum and head, each the upper half of an ellipsoid.
+    """Write the light that comes back from each pixel of the body.
+
+    Wing cases, pronotum and head are upper halves of ellipsoids; the wing cases have furrows, spots
+    and a seam between them.
     """
     cos, sin = np.cos(heading), np.sin(heading)
     paint, normal = np.empty(3), np.empty(3)

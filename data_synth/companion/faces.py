@@ -1,8 +1,8 @@
-"""Heads with faces: shaped, painted and lit, from any side.
+"""Heads with faces, from any side: a surface that is shaped, painted and lit.
 
-A head is a surface in space, an ellipsoid with a nose, brows, eye sockets, cheeks, lips and a chin,
-painted with skin, hair, eyes and lips. It is turned, lit by a lamp and by light from all sides, and
-seen from afar. No face detector, and no model of a face that one uses, is any part of it.
+A head is an ellipsoid with a nose, brows, eye sockets, cheeks, lips and a chin, painted with skin,
+hair, eyes and lips. It is turned, lit by a lamp and by ambient light, and projected in parallel, as
+seen from afar. No face detector, and no face model that a detector uses, takes part in it.
 """
 
 import math
@@ -20,40 +20,38 @@ from data_synth.companion.skins import SKINS
 __all__ = ["FACE_BOX", "FaceIdentity", "FaceView", "face_sprite", "make_identity"]
 
 SPAN = 0.34
-"""Height of a sprite in the unit of a head, m: from the shoulders to above the hair."""
+"""Height of a sprite, m: from the shoulders to above the hair."""
 WIDTH = 0.26
+"""Width of a sprite, m."""
 FACE_BOX = (0.5, 0.518, 0.52)
-"""Middle (column, row) and side of the square that a detector of faces marks, as shares of the
-sprite's width, height and height."""
+"""Square that a face detector would mark: its middle, as shares of the sprite's width and height,
+and its side, as a share of the sprite's height."""
 TURNED = 0.15
-"""Shift of that square's middle to the side where the head looks to, as a share of the
-sprite's height."""
-_AROUND, _UP = 330, 210
-_HALF_WIDTH, _HALF_HEIGHT, _HALF_DEPTH = 0.076, 0.118, 0.095
-_MIDDLE = 0.175  # of the head, below the upper edge of the sprite
+"""Shift of that square as the head turns by 90° to a side, as a share of the sprite's height."""
+_AROUND, _UP = 330, 210  # points of the surface around the head, and from top to chin
+_HALF_WIDTH, _HALF_HEIGHT, _HALF_DEPTH = 0.076, 0.118, 0.095  # semi-axes of the ellipsoid, m
+_MIDDLE = 0.175  # of the head, below the upper edge of the sprite, m
 
 
 @dataclass(frozen=True, slots=True)
 class FaceIdentity:
-    """Identity of a face: what does not change from one look to the next.
+    """Identity of a face: all that stays the same from view to view.
 
     Parameters
     ----------
     shape
-        Of the head and its parts, each as so many standard deviations from the usual one: width,
-        height, eyes' distance, eyes' size, brows' height, brows' thickness, nose's width, nose's
-        length, nose's height, mouth's width, lips' thickness, jaw's width, cheekbones, hairline,
-        hair's length, mouth's height.
+        Sizes and places of the parts, in the order of `PARTS`, each in standard deviations from the
+        mean face.
     skin
-        Light that the skin gives back, shares of red, green and blue.
+        Reflectance of the skin: shares of red, green and blue.
     hair
-        The same of hair and brows.
+        Reflectance of hair, brows and beard.
     beard
-        How dense, 0 to 1.
+        Density of the beard, 0 to 1.
     glasses
-        Whether there are any.
+        Whether the face wears glasses.
     tone
-        Which of `SKINS` the skin is.
+        Number of the skin's tone in `SKINS`.
     """
 
     shape: tuple[float, ...]
@@ -75,7 +73,7 @@ class FaceIdentity:
         whole("tone", self.tone, 0, len(SKINS) - 1)
 
     def part(self, name: str) -> float:
-        """Return how many deviations a part is from the usual one."""
+        """Return how many standard deviations a part, one of `PARTS`, is from the mean face."""
         one_of("name", name, PARTS)
         return self.shape[PARTS.index(name)]
 
@@ -84,6 +82,7 @@ PARTS = (
     "width", "height", "eyes apart", "eyes", "brows up", "brows thick", "nose wide", "nose long",
     "nose high", "mouth wide", "lips", "jaw", "cheeks", "hairline", "hair long", "mouth up",
 )  # fmt: skip
+"""Parts of a face that differ from person to person."""
 _HAIRS = linear(
     np.array(
         [
@@ -99,21 +98,22 @@ _HAIRS = linear(
 
 @dataclass(frozen=True, slots=True)
 class FaceView:
-    """View of a head.
+    """View of a head: its pose, its expression and the light.
 
     Parameters
     ----------
     yaw, pitch, roll
-        By which it is turned to its left, up, and clockwise as seen, rad; at yaw π it is seen from
+        Turns to its left, upwards, and clockwise as seen, rad; at yaw π the head is seen from
         behind.
     smile, opened, closed
-        Corners of the mouth, mouth and eyelids: shares, 0 to 1.
+        How far the mouth smiles, how far it is open, and how far the eyelids are closed: 0 to 1.
     azimuth, elevation
-        Where the lamp stands: to the right as seen, and upwards, rad.
+        Direction of the lamp, from that of the camera to the right as seen, and upwards, rad; it
+        does not turn with the head.
     ambient
-        Share of the light that comes from all sides.
+        Share of ambient light, 0 to 1; the rest comes from the lamp.
     light
-        Brightness of all light together.
+        Factor of all light.
     """
 
     yaw: float = 0.0
@@ -136,14 +136,14 @@ class FaceView:
 
 
 def make_identity(rng: np.random.Generator, *, tone: int | None = None) -> FaceIdentity:
-    """Return a person.
+    """Return a random identity.
 
     Parameters
     ----------
     rng
-        Source of what the person looks like.
+        Source of shape, colours, beard and glasses.
     tone
-        Which of `SKINS`; any of them if not given.
+        Number of the skin's tone in `SKINS`; drawn if not given.
     """
     generator(rng)
     shape = tuple(rng.standard_normal(len(PARTS)).clip(-2.2, 2.2).tolist())
@@ -159,16 +159,16 @@ def make_identity(rng: np.random.Generator, *, tone: int | None = None) -> FaceI
 def face_sprite(
     identity: FaceIdentity, view: FaceView | None = None, height: int = 120
 ) -> np.ndarray:
-    """Return a head with its neck (h, w, 4): light that comes back, and cover.
+    """Return a sprite (h, w, 4) of a head and its neck: red, green and blue light, and cover.
 
     Parameters
     ----------
     identity
-        Whose.
+        Whose head it is.
     view
-        How it is turned, what it does and how it is lit; by default from the front.
+        Its pose, expression and light; a default `FaceView`, from the front, if not given.
     height
-        Of the sprite, 24 to 400 pixels.
+        Height of the sprite, 24 to 400 px.
     """
     view = FaceView() if view is None else instance("view", view, FaceView)
     instance("identity", identity, FaceIdentity)
@@ -199,11 +199,11 @@ def face_square(u: float, v: float, tall: float, yaw: float = 0.0) -> np.ndarray
     Parameters
     ----------
     u, v
-        Middle of the sprite.
+        Column and row of the middle of the sprite, px.
     tall
-        Height of the sprite.
+        Height of the sprite, px.
     yaw
-        How far the head is turned, rad; the face goes where it looks to.
+        Turn of the head to its left, rad; the square moves to the side to which the head looks.
     """
     u, v = u + TURNED * math.sin(yaw) * tall, v + (FACE_BOX[1] - 0.5) * tall
     return square((u, v), FACE_BOX[2] * tall)
@@ -215,7 +215,7 @@ def square(middle: tuple[float, float], side: float) -> np.ndarray:
 
 
 def _turn(view: FaceView) -> np.ndarray:
-    """Return the rotation of a head: x to the right, y down, z towards the camera."""
+    """Return the rotation of a head; x points to the right, y down, z towards the camera."""
     cy, sy = math.cos(view.yaw), math.sin(view.yaw)
     cp, sp = math.cos(view.pitch), math.sin(view.pitch)
     cr, sr = math.cos(view.roll), math.sin(view.roll)
@@ -226,14 +226,15 @@ def _turn(view: FaceView) -> np.ndarray:
 
 
 def _bump(x: np.ndarray, y: np.ndarray, at: tuple, wide: float, high: float) -> np.ndarray:
+    """Return a Gaussian bump about a point, 1 at its top."""
     return np.exp(-(((x - at[0]) / wide) ** 2) - ((y - at[1]) / high) ** 2)
 
 
-@lru_cache(maxsize=64)  # of 2 MB each
+@lru_cache(maxsize=64)  # 2 MB an entry
 def _head(
     who: FaceIdentity, smile: float, opened: float, closed: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return places (rows, columns, 3) of the surface, its paint, and how much it shines."""
+    """Return points (rows, columns, 3) of the surface, m, their reflectance, and their gloss."""
     part = dict(zip(PARTS, who.shape, strict=True))
     around = np.linspace(-math.pi, math.pi, _AROUND, dtype=np.float32)
     up = np.linspace(-math.pi / 2, math.pi / 2, _UP, dtype=np.float32)[:, None]
@@ -244,7 +245,7 @@ def _head(
     front = 1 / (1 + np.exp(-z / 0.008))  # 1 on the face, 0 behind
     low = np.clip(y / h, 0, 1)
     x = x * (1 + (0.10 + 0.07 * part["jaw"]) * low**2 - 0.22 * low**4)
-    # of the face, metres from its middle, downwards
+    # places on the face, m from its middle: sideways, and downwards where named _y
     apart = 0.033 * (1 + 0.07 * part["eyes apart"])
     eye_y, eye = -0.018, 1 + 0.13 * part["eyes"]
     brow_y = eye_y - 0.019 * (1 + 0.12 * part["brows up"])
@@ -278,7 +279,7 @@ def _head(
         paint[:] = paint * (1 - share) + share * colour
 
     def soft(inside: np.ndarray, edge: float = 0.06) -> np.ndarray:
-        """Return 1 where a function is below 1, falling off around it."""
+        """Return a smooth mask: 1 where a function is below 1, 0 where it is well above."""
         return 1 / (1 + np.exp(np.clip((inside - 1) / edge, -30, 30)))
 
     cover(0.30 * _bump(side, y, (apart, eye_y - 0.001), 0.019, 0.013), skin * 0.35)
@@ -324,7 +325,7 @@ def _head(
     share = is_hair[..., None]
     paint[:] = paint * (1 - share) + share * hair * streaks[..., None]
     points *= 1 + (0.07 * is_hair)[..., None]
-    # what lies deep sees less of the light
+    # hollows get less ambient light
     paint *= np.clip(1 + 22 * np.minimum(push, 0) * front, 0.6, 1)[..., None]
     shiny = 0.05 + 0.09 * (_bump(x, y, (0, -0.05), 0.04, 0.02) + 0.7 * np.exp(-((x / 0.01) ** 2)))
     shiny += 0.05 * _bump(side, y, (0.045, 0.014), 0.02, 0.016)
@@ -353,9 +354,10 @@ def _neck(sprite, skin, scale, ambient):
 
 @kernel()
 def _splat(points, paint, gloss, turn, lamp, ambient, scale, middle, centre, sprite, depth):
-    """Write each small piece of the surface that faces the camera where it is seen, nearest last.
+    """Draw the surface: each small piece that faces the camera covers a few pixels.
 
-    A piece is the parallelogram of a place and its next ones below and to the right.
+    A depth buffer keeps the nearest piece at each pixel. The two differences between neighbours of
+    a point, along its row and along its column, span its piece and give its normal.
     """
     rows, columns = points.shape[:2]
     halfway = np.sqrt(lamp[0] ** 2 + lamp[1] ** 2 + (lamp[2] + 1) ** 2) + 1e-9

@@ -1,4 +1,4 @@
-"""Clothed people who stand, walk, and raise an arm, seen from before, behind or the side."""
+"""Clothed people who stand, walk or raise an arm, seen from the front, the back or the side."""
 
 import math
 from dataclasses import dataclass
@@ -20,10 +20,12 @@ TALL = 1.75
 HIGH, WIDE = 2.3, 1.7
 """Height and width that a sprite covers, m; the feet stand on its lower edge, in the middle."""
 PATTERNS = ("plain", "stripes", "checks", "halves")
+"""Patterns of a shirt."""
 VIEWS = ("front", "back", "side")
-_SHOULDER, _HIP, _HEAD = 1.45, 0.93, 1.595
-_FINE = 2
-_STEPS = 12
+"""Sides from which a person is seen."""
+_SHOULDER, _HIP, _HEAD = 1.45, 0.93, 1.595  # heights above the ground, m
+_FINE = 2  # pixels are drawn so many times finer, and then averaged
+_STEPS = 12  # phases of a gait that are drawn
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,11 +35,11 @@ class Clothes:
     Parameters
     ----------
     shirt, other
-        Light that the shirt gives back (red, green, blue), and its second colour.
-    pattern
-        Of the shirt: ``"plain"``, ``"stripes"``, ``"checks"`` or ``"halves"``.
+        First and second colour of the shirt, as reflectances of red, green and blue.
     trousers, shoes
-        The same of these.
+        Their colours, likewise.
+    pattern
+        Pattern of the shirt, one of `PATTERNS`; a plain one has the first colour only.
     """
 
     shirt: tuple[float, float, float]
@@ -59,9 +61,9 @@ class Arm:
     Parameters
     ----------
     side
-        1 to the right as seen, -1 to the left.
+        1 for the arm on the right as seen, -1 for that on the left.
     out, up
-        Where the wrist is: to the side of the body's middle and above the ground, m.
+        Place of the wrist: sideways from the body's middle, and above the ground, m.
     """
 
     side: int = 1
@@ -76,7 +78,7 @@ class Arm:
 
 
 def make_clothes(rng: np.random.Generator) -> Clothes:
-    """Return what somebody wears."""
+    """Return random clothes."""
     generator(rng)
     hue = rng.uniform(0, 2 * np.pi)
     strong, bright = rng.uniform(0.05, 0.3), rng.uniform(0.25, 0.7)
@@ -100,28 +102,28 @@ def body_sprite(
     height: int = 260,
     light: float = 1.0,
 ) -> np.ndarray:
-    """Return a person (h, w, 4): light that comes back, and cover.
+    """Return a sprite (h, w, 4) of a person: red, green and blue light, and cover.
 
     Parameters
     ----------
     clothes
-        What the person wears.
+        Clothes of the person.
     identity
-        Whose head it is; by default somebody's.
+        Whose head it is; always the same one if not given.
     phase
-        Of the step, rad; the nearest of twelve is drawn.
+        Phase of the gait, rad; the nearest of twelve is drawn.
     walks
         Whether the person walks or stands.
     view
-        From which side: ``"front"``, ``"back"``, ``"side"`` (walking to the right).
+        Side from which the body is seen, one of `VIEWS`; from the side it walks to the right.
     face
-        How the head is seen; by default as the body is.
+        View of the head, with a light of its own; as the body is seen and lit if not given.
     arm
-        That is raised; none by default. The hand is not part of it.
+        A raised arm, without its hand; none if not given. It is not drawn from the side.
     height
-        Of the sprite, which is `HIGH` metres, 60 to 900 pixels.
+        Height of the sprite, which stands for `HIGH` metres, 60 to 900 px.
     light
-        On the person.
+        Factor of the light on the body.
     """
     instance("clothes", clothes, Clothes)
     who = make_identity(np.random.default_rng(0), tone=1) if identity is None else identity
@@ -149,7 +151,7 @@ def _drawn(
     height: int,
     light: float,
 ) -> np.ndarray:
-    """Draw a person; one is drawn again and again in a film."""
+    """Return the sprite of a person; it is kept, since a film draws the same ones many times."""
     scale = _FINE * height / HIGH
     size = round(scale * HIGH), round(scale * WIDE)
     figure = np.zeros((*size, 4), dtype=np.float32)
@@ -191,13 +193,13 @@ class _Painter:
         return np.stack([u, rows - 1 - self.scale * points[:, 1]], axis=1)
 
     def trunk(self, outline: list[tuple[float, float]], colour: np.ndarray) -> None:
-        """Fill an outline; it is darker towards the sides, as what is round."""
+        """Fill an outline, darker towards its sides, so that it looks round."""
         self._fill([self._pixels(np.array(outline))], [], colour)
 
     def limb(
         self, points: list[tuple[float, float]], widths: list[float], colour: np.ndarray
     ) -> None:
-        """Draw a limb of straight pieces with round ends, of a width at each point."""
+        """Draw a limb of straight pieces with round ends; widths are given at its points, m."""
         places = self._pixels(np.array(points))
         pieces, ends = [], []
         for (a, b), (wa, wb) in zip(pairwise(places), pairwise(widths), strict=True):
@@ -258,7 +260,7 @@ class _Painter:
 
 
 def _upright(paint: _Painter, clothes: Clothes, who: FaceIdentity, swing: float, arm) -> None:
-    """Draw a person from before or behind."""
+    """Draw a person from the front or the back."""
     shirt = paint.cloth(clothes)
     for side in (-1, 1):
         lift = 0.10 * max(side * swing, 0.0)
@@ -293,7 +295,7 @@ def _upright(paint: _Painter, clothes: Clothes, who: FaceIdentity, swing: float,
 
 
 def _side(paint: _Painter, clothes: Clothes, who: FaceIdentity, swing: float) -> None:
-    """Draw a person who walks to the right."""
+    """Draw a person from the side, walking to the right."""
     shirt = paint.cloth(clothes)
     for sign, dark in ((-1, 0.75), (1, 1.0)):
         angle = sign * 0.42 * swing
@@ -314,6 +316,7 @@ def _side(paint: _Painter, clothes: Clothes, who: FaceIdentity, swing: float) ->
 
 
 def _side_arm(paint: _Painter, shirt: np.ndarray, who: FaceIdentity, angle: float) -> None:
+    """Draw an arm from the side; its upper part swings by an angle, rad."""
     elbow = (0.29 * math.sin(angle), 1.40 - 0.29 * math.cos(angle))
     hand = (elbow[0] + 0.27 * math.sin(angle + 0.3), elbow[1] - 0.27 * math.cos(angle + 0.3))
     paint.limb([(0.0, 1.40), elbow, hand], [0.12, 0.10, 0.08], shirt)

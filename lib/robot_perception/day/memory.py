@@ -1,6 +1,8 @@
-"""Memory of the way on which the robot was led: one map in metres, one below the ceiling.
+"""Memory of a lesson: the way on which the robot was led, in two maps that share it.
 
-The two are of the same way, so that a place in one is a place in the other.
+The one is a map of landmarks and walls, in metres. The other is visual: the pictures of the ceiling
+taken along the way, and the mosaic of their patterns. For each picture the pose in the metric map
+is known, so that a place in one map is also a place in the other.
 """
 
 from collections.abc import Mapping, Sequence
@@ -29,22 +31,24 @@ Sightings = Mapping[str, Float[np.ndarray, " 4"]]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Lesson:
-    """Notes that the robot takes on the way.
+    """Notes that the robot takes while it is led.
 
     Parameters
     ----------
     poses, ancestors
-        Poses of all particles after each stereo pair, and which particle each comes from.
+        For each stereo pair: the poses of all particles after it, and the number of the particle
+        that each was resampled from.
     since
-        For each picture of the ceiling: how many pairs came before it, and how the robot has moved
-        since the last one, m and rad.
+        For each picture of the ceiling: how many stereo pairs came before it, and the robot's
+        motion since the last of them, m and rad.
     sightings
-        Patterns in each picture of the ceiling.
+        For each picture of the ceiling: poses (x, y, θ, s) of its patterns, by name.
     told
-        Places that were named: after how many pictures of the ceiling, and where, m, ahead and to
-        the left.
+        For each place that the tutor named: how many pictures of the ceiling came before, and where
+        the place is from the robot, ahead and to the left, m.
     scans
-        For each scan: how many pairs came before it, the motion since, and its readings, m.
+        For each laser scan: how many stereo pairs came before it, the robot's motion since the last
+        of them, and the ranges, m.
     """
 
     poses: tuple[Float[np.ndarray, "M 3"], ...] = ()
@@ -62,17 +66,17 @@ class Memory:
     Parameters
     ----------
     landmarks
-        Points with their looks, in the frame of the map, m.
+        Landmarks with their descriptors; their frame is that of the map, m.
     walls
         Straight walls in the same frame.
     poses : (n, 3)
-        Of the robot in that frame at each picture of the ceiling, m and rad.
+        Pose of the robot in that frame at each picture of the ceiling, m and rad.
     sightings
-        Patterns in each of these pictures.
+        For each of these pictures: poses (x, y, θ, s) of its patterns, by name.
     patterns, mosaic
-        What they look like, and where they are relative to each other.
+        The patterns by name, and their poses relative to each other.
     onto : (3,)
-        The motion that lays the mosaic's frame on the map's.
+        Rigid motion from the frame of the mosaic to that of the map, m and rad.
     places
         Named places in the map, m.
     """
@@ -87,14 +91,16 @@ class Memory:
     places: Mapping[str, Float[np.ndarray, "2"]]
 
     def nearest(self, pose: Float[np.ndarray, "3"], turned: float) -> int | None:
-        """Return the picture of the way taken nearest to a pose, in about its direction.
+        """Return the number of the picture nearest to a pose among those of a similar heading.
+
+        It is ``None`` if no picture was taken with such a heading.
 
         Parameters
         ----------
         pose : (3,)
-            In the map, m and rad.
+            Pose in the map, m and rad.
         turned
-            How far the headings may differ, rad.
+            Largest difference of headings, rad.
         """
         pose, turned = checks.vector("pose", pose, 3), checks.positive("turned", turned)
         away = np.hypot(*(self.poses[:, :2] - pose[:2]).T)
@@ -103,12 +109,20 @@ class Memory:
         return int(away.argmin()) if np.isfinite(away).any() else None
 
     def passes(self, place: str, within: float = 1.5) -> list[int]:
-        """Return the pictures that were taken nearest to a place, one for each time it was passed.
+        """Return the numbers of the pictures nearest to a place, one for each time it was passed.
+
+        Parameters
+        ----------
+        place
+            Name of the place.
+        within
+            Distance at which a picture counts as taken at the place, m. If the way keeps farther
+            off, its nearest pictures count.
 
         Raises
         ------
         ValueError
-            If there is no such place.
+            If no place has this name.
         """
         checks.one_of("place", place, self.places)
         within = checks.positive("within", within)
@@ -118,14 +132,21 @@ class Memory:
         return [int(run[away[run].argmin()]) for run in runs]
 
     def route(self, first: int, last: int, rules: KeyRules) -> list[KeyImage]:
-        """Return key images of the way from one of its pictures to a later one.
+        """Return key images along the way from one of its pictures to a later one.
+
+        Parameters
+        ----------
+        first, last
+            Numbers of the two pictures.
+        rules
+            Rules by which key images are chosen among the pictures.
 
         Raises
         ------
         NoCommonPattern
-            If the pictures between have too few patterns in common.
+            If neighbouring pictures have too few patterns in common.
         ValueError
-            If the last is not later than the first.
+            If there are no such pictures, or the last is not later than the first.
         """
         first, last = checks.whole("first", first), checks.whole("last", last)
         checks.instance("rules", rules, KeyRules)
@@ -139,22 +160,25 @@ class Memory:
 
 
 def remember(lesson: Lesson, maps: VisualMaps, above: MapState, walls: WallMap) -> Memory:
-    """Return what is kept of a lesson.
+    """Return the memory of a lesson.
 
-    Of all particles that with the largest weight at the end tells where the robot was. The mosaic
-    is fitted to all that was seen together, and laid onto the map by the way.
+    The way is the path of the particle with the largest weight at the end. The mosaic is adjusted
+    to all pairs of patterns that were seen together, and moved onto the map so that the robot's
+    positions below it fit those of the way. A named place counts from the pose at the first picture
+    of the ceiling after it was named.
 
     Parameters
     ----------
     lesson
-        What was noted.
+        Notes of the lesson.
     maps, above, walls
-        States of stereo SLAM, of the mosaic and of the walls at the end.
+        States of stereo SLAM, of the mosaic of the ceiling and of the walls at the end.
 
     Raises
     ------
     ValueError
-        If there was no stereo pair, or no picture of the ceiling shows a pattern of the mosaic.
+        If there was no stereo pair or no picture of the ceiling, or no such picture shows a pattern
+        of the mosaic.
     """
     checks.instance("lesson", lesson, Lesson)
     checks.instance("maps", maps, VisualMaps)
@@ -190,5 +214,8 @@ def remember(lesson: Lesson, maps: VisualMaps, above: MapState, walls: WallMap) 
 def _at(
     way: Float[np.ndarray, "k 3"], since: Sequence[tuple[int, Float[np.ndarray, "3"]]]
 ) -> Float[np.ndarray, "n 3"]:
-    """Return poses by how many poses of the way came before each, and the motion since."""
+    """Return the pose at each reading: that after the last stereo pair, and the motion since.
+
+    A reading before the first pair counts from the pose after it.
+    """
     return np.array([se2.compose(way[max(count - 1, 0)], step) for count, step in since])

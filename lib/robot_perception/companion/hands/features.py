@@ -1,12 +1,14 @@
-r"""Haar-like features: differences of the brightness of rectangles, by the integral image.
+r"""Haar-like features: weighted sums of grey values over rectangles, by the integral image.
 
 .. math::
     I(x, y) = \sum_{x' < x,\, y' < y} i(x', y'), \qquad
-    f = \frac{1}{n \sigma} \sum_r w_r \bigl( I(x_r + w, y_r + h) - I(x_r, y_r + h)
-        - I(x_r + w, y_r) + I(x_r, y_r) \bigr)
+    f = \frac{1}{n \sigma} \sum_r w_r \bigl( I(x_r + a_r, y_r + b_r) - I(x_r, y_r + b_r)
+        - I(x_r + a_r, y_r) + I(x_r, y_r) \bigr)
 
-with n the pixels of the window and :math:`\sigma` the standard deviation of its grey values, so
-that neither brightness nor contrast matters. The weights of a feature sum to 0 over its pixels.
+Rectangle r begins at column :math:`x_r` and row :math:`y_r`, is :math:`a_r` wide and :math:`b_r`
+high, and has the weight :math:`w_r`. n is the number of pixels in the window, and :math:`\sigma`
+the standard deviation of its grey values. The weights of a feature sum to 0 over its pixels, so
+that brightness does not change f; the division by :math:`\sigma` takes contrast out.
 """
 
 from typing import no_type_check
@@ -24,11 +26,11 @@ with needing():
 __all__ = ["SIZE", "feature_pool", "feature_values", "feature_values_textbook", "integral"]
 
 SIZE = 24
-"""Side of the window, px: as small as a hand may be."""
+"""Side of the window, px; no smaller hand is found."""
 HEAVIEST = 10**6
-"""Weight of a rectangle, of either sign; sums over pixels are far from the ends of 64 bits."""
+"""Largest weight of a rectangle, of either sign; sums over pixels stay far within 64 bits."""
 FLAT = 2.0
-"""Windows whose grey values deviate by less hold nothing; ours."""
+"""Least standard deviation of grey values in a window that can hold a hand; our choice."""
 
 Features = Int[np.ndarray, "n 3 5"]
 Windows = UInt8[np.ndarray, "m 24 24"]
@@ -36,6 +38,11 @@ Windows = UInt8[np.ndarray, "m 24 24"]
 
 def integral(image: UInt8[np.ndarray, "height width"]) -> tuple[np.ndarray, np.ndarray]:
     """Return the integral images (height + 1, width + 1) of grey values and of their squares.
+
+    Parameters
+    ----------
+    image : (height, width)
+        Grey values, bytes.
 
     Raises
     ------
@@ -54,23 +61,23 @@ def integral(image: UInt8[np.ndarray, "height width"]) -> tuple[np.ndarray, np.n
 
 
 def feature_pool(rng: np.random.Generator, count: int = 4000) -> Features:
-    """Return different features of all kinds, sizes and places.
+    """Return distinct features of random kind, size and place.
 
-    Two rectangles beside or above each other, three in a row or a column, four in a square, and one
-    inside another.
+    There are six kinds: two rectangles beside or above each other, three in a row or in a column,
+    four in a square, and one surrounded by another. Each covers 8 pixels at least.
 
     Parameters
     ----------
     rng
         Source of kinds, sizes and places.
     count
-        How many, 1 to 20 000.
+        Number of features, 1 to 20 000.
 
     Returns
     -------
     (count, 3, 5)
-        Of up to three rectangles: column, row, width, height and weight; of no size where there is
-        none.
+        Column, row, width, height and weight of up to three rectangles; all 0 for one that is not
+        used.
 
     References
     ----------
@@ -86,7 +93,7 @@ def feature_pool(rng: np.random.Generator, count: int = 4000) -> Features:
 
 
 def _drawn(rng: np.random.Generator) -> np.ndarray:
-    """Return a feature: the whole with a weight of -1, and parts that make up for it."""
+    """Return a random feature: its whole area with weight -1, and parts that balance it."""
     kind = int(rng.integers(6))
     across, down = ((2, 1), (1, 2), (3, 1), (1, 3), (2, 2), (3, 3))[kind]
     while True:
@@ -117,12 +124,12 @@ def feature_values(windows: Windows, features: Features) -> Float[np.ndarray, "n
     windows : (m, 24, 24)
         Grey values.
     features : (n, 3, 5)
-        As of `feature_pool`.
+        Features as `feature_pool` returns them.
 
     Returns
     -------
     (n, m)
-        All 0 on a window whose grey values deviate by less than 2.
+        Values f; all 0 on a window with a standard deviation of grey values below 2.
 
     Raises
     ------
@@ -143,7 +150,7 @@ def feature_values(windows: Windows, features: Features) -> Float[np.ndarray, "n
 
 
 def feature_values_textbook(windows: Windows, features: Features) -> Float[np.ndarray, "n m"]:
-    """Return the same as `feature_values`, by sums over pixels."""
+    """Return the result of `feature_values`, by sums over pixels without integral images."""
     windows, features = check_windows(windows), check_features(features)
     found = np.zeros((len(features), len(windows)))
     for j, window in enumerate(windows.astype(float)):
@@ -178,7 +185,7 @@ def in_window(name: str, found: np.ndarray) -> np.ndarray:
     """Return an array of features whose rectangles lie in the window, or raise an error."""
     places, sizes = found[..., :2], found[..., 2:4]
     within = (sizes >= 0) & (sizes <= SIZE) & (places >= 0)
-    within &= places <= SIZE - np.where(within, sizes, 0)  # their sum could overflow
+    within &= places <= SIZE - np.where(within, sizes, 0)  # places + sizes could overflow
     if not within.all():
         wrong = found[~within.all(axis=-1)][0].tolist()
         raise ValueError(f"{name} must lie within {SIZE} x {SIZE} px, got rectangle {wrong}")
@@ -191,6 +198,7 @@ def in_window(name: str, found: np.ndarray) -> np.ndarray:
 @no_type_check
 @kernel()
 def _evaluate(totals, scale, features, found):  # pragma: no cover - compiled
+    """Write the value of each feature on each window, by four corners of a rectangle."""
     for i in range(len(features)):
         for j in range(len(totals)):
             total, value = totals[j], 0
