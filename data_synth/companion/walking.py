@@ -188,6 +188,7 @@ class _Painter:
         self.figure, self.scale = figure, scale
 
     def _pixels(self, points: np.ndarray) -> np.ndarray:
+        """Return the columns and rows of points (x, z)."""
         rows, columns = self.figure.shape[:2]
         u = (columns - 1) / 2 + self.scale * points[:, 0]
         return np.stack([u, rows - 1 - self.scale * points[:, 1]], axis=1)

@@ -388,6 +388,7 @@ def step_by_step(
 
 
 def _fit(start: Outline, edges: Mask, rules: SnakeRules | None, *, affine: bool) -> SnakeFit:
+    """Return the fit of a snake, affine or free, by the compiled kernel."""
     start, edges, rules = _checked(start, edges, rules)
     distance = _distance(edges, rules.reach[0])
     stiff = len(start), rules.elasticity, rules.rigidity, rules.damping
@@ -401,6 +402,7 @@ def _fit(start: Outline, edges: Mask, rules: SnakeRules | None, *, affine: bool)
 def _checked(
     start: Outline, edges: Mask, rules: SnakeRules | None
 ) -> tuple[Outline, Mask, SnakeRules]:
+    """Return the arguments of a fit, or raise an error if one is wrong."""
     start, edges = check_outline("start", start), check_mask("edges", edges)
     if len(start) > MOST_POINTS:
         raise ValueError(f"start must have {MOST_POINTS} points at most, got {len(start)}")
@@ -426,6 +428,7 @@ def _distance(edges: Mask, reach: float) -> Float[np.ndarray, "h w"]:
 
 
 def _affine_part(start: Outline, outline: Outline) -> tuple[Affine, Outline]:
+    """Return what `affine_part` returns, for checked arguments."""
     centre, mean = start.mean(axis=0), outline.mean(axis=0)
     spread = start - centre
     # once both are centred, the shift is that of the means, and M is a linear least-squares fit
@@ -460,6 +463,7 @@ def _moves(
 
 @cache
 def _reaches(reach: tuple[float, float], steps: int) -> Float[np.ndarray, " steps"]:
+    """Return the reach T at each step: a geometric sequence, px."""
     falling = np.geomspace(*reach, steps)
     falling.setflags(write=False)
     return falling

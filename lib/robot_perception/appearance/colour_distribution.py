@@ -23,7 +23,7 @@ from robot_perception.fields import at_least, checked
 __all__ = ["SIZE", "ColourDistribution", "Dynamics", "describe", "learn", "turn", "warp"]
 
 SIZE = 8
-"""How many numbers a state has."""
+"""Number of entries in a state."""
 EQUAL = 1e-9
 """Variances that differ by less, as a share of the largest, count as equal."""
 FLAT = 1e-9
@@ -328,6 +328,7 @@ def learn(states: Float[np.ndarray, "n 8"], *, order: int = 1, ridge: float = 0.
 
 
 def _colours(value: Any) -> Colours:
+    """Return a set of colours, or raise ``ValueError`` if it is empty or one is out of range."""
     colours = checks.array("colours", value, ("n", 3))
     if not len(colours):
         raise ValueError(f"colours must hold at least one, got {colours.shape}")
@@ -337,4 +338,5 @@ def _colours(value: Any) -> Colours:
 
 
 def _rotation(name: str, value: Any, shape: tuple, beside: str = "") -> np.ndarray:
+    """Return an array of rotations, or raise ``ValueError`` if it holds another matrix."""
     return _turned(name, checks.array(name, value, shape, beside))

@@ -296,10 +296,12 @@ def _expected(near: Outline | Mask, shape: tuple[int, int]) -> Mask:
 
 
 def _disc(diameter: int) -> np.ndarray:
+    """Return a disc as OpenCV's morphology takes it."""
     return cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (diameter, diameter))
 
 
 def _diameter(name: str, value: int) -> int:
+    """Return a diameter, or raise ``ValueError`` if it is even or out of its range."""
     diameter = checks.whole(name, value, 1, 199)
     if diameter % 2 == 0:
         raise ValueError(f"{name} must be odd, got {diameter}")

@@ -309,6 +309,7 @@ def find_contours(edges: Edges, rules: ContourRules | None = None) -> tuple[Segm
 
 
 def _rules(rules: ContourRules | None) -> ContourRules:
+    """Return the rules, or the default ones if there are none."""
     return ContourRules() if rules is None else checks.instance("rules", rules, ContourRules)
 
 
