@@ -74,7 +74,7 @@ class Building:
         array("middle", self.middle, (2,))
 
     def pair(self, rig: Rig, pose: np.ndarray, *, rng: np.random.Generator) -> StereoFrame:
-        """Return the pictures of a stereo pair at a pose (3,) of the robot, m and rad, no people."""
+        """Return the pictures of a stereo pair at a robot pose (3,), m and rad; without people."""
         instance("rig", rig, Rig)
         return render(self.scene, rig, array("pose", pose, (3,)), rng=generator(rng))
 
