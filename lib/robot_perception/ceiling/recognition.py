@@ -290,9 +290,9 @@ def _corners(
     """Return corners: position (u, v, px), direction in which they open, and opening (rad).
 
     Two segments that meet near their ends form a corner, unless they are within 25° of parallel. An
-    arc and a segment near it form one, too: it lies at the centre of the arc and opens
-    towards the foot of the perpendicular on the segment's line. Instead of an opening it has
-    −d / 100, with the distance d of that line in px; the sign tells the two kinds apart.
+    arc and a segment near it form one, too: it lies at the centre of the arc and opens towards the
+    foot of the perpendicular on the segment's line. In place of the opening stands -d / 100, with
+    the distance d of that line in px; the sign tells the two kinds apart.
     """
     segments = [piece for piece in contours if isinstance(piece, Segment)]
     arcs = [piece for piece in contours if isinstance(piece, Arc)]

@@ -573,7 +573,7 @@ def beam_angles(
 ) -> Float[np.ndarray, " beams"] | None:
     """Return the directions of beams, rad, or ``None`` if no convention for their number is known.
 
-    CARMEN logs do not hold these directions. By convention 180 beams run from -90° in steps of 1°,
+    ``FLASER`` lines do not hold these directions. By convention 180 beams run from -90° by 1°,
     181 from -90° to 90°, 360 from -90° in steps of 0.5°, and 361 from -90° to 90°.
 
     Parameters

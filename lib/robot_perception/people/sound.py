@@ -51,8 +51,8 @@ class SoundRules:
     apart
         Least angle between two speakers, rad.
     bearing_sigma
-        Standard deviation that is added to that of the peak's direction, rad: a mouth is not above
-        the middle of the body, and people move.
+        Standard deviation of a direction in addition to that of the peak, rad: a mouth is not above
+        the middle of the body, and people move. The squares are added.
     elevation
         Elevation of a mouth as seen from the microphones, up or down, rad. Sound from there has
         smaller lags, as if it came from a direction more across a line of microphones.
@@ -331,7 +331,8 @@ def _at(correlations: np.ndarray, lags: np.ndarray) -> np.ndarray:
 def _lags(steps: np.ndarray, phi: np.ndarray) -> np.ndarray:
     """Return how much later the wave reaches the first of each pair, in samples (d, p).
 
-    ``steps`` are the places of the microphones in units of the way of sound in one sample.
+    ``steps`` are the places of the microphones, in units of the distance that sound travels in one
+    sample.
     """
     a, b = np.triu_indices(len(steps), 1)
     late = arrivals(steps, phi, 1.0)

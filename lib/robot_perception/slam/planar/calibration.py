@@ -26,7 +26,7 @@ WINDOW = 2.0
 """Length of the intervals over which wheels and truth are compared, and lag of the correlations of
 sighting errors, s."""
 MISREAD = 0.1
-"""Largest bearing error of a right sighting, rad; with a larger one another landmark was seen."""
+"""Largest bearing error of a right sighting, rad; a larger one means another landmark."""
 BLIND = (
     "observed, names, values and places must give right sightings where truth is known, of one "
     f"landmark {WINDOW:g} s apart, too"
@@ -51,18 +51,17 @@ class Calibration:
 
     .. math:: d = s_1 d_0 - c\, |\alpha_0| + v_1, \qquad \alpha = s_2 \alpha_0 + v_2
 
-    with the logged way :math:`d_0` (m) and turn :math:`\alpha_0` (rad), the true ones :math:`d` and
-    :math:`\alpha`, the scales :math:`s`, the drag :math:`c` and noise :math:`v`.
+    with the logged distance :math:`d_0` (m) and turn :math:`\alpha_0` (rad), the true ones :math:`d`
+    and :math:`\alpha`, the scales :math:`s`, the drag :math:`c` and noise :math:`v`.
 
     Parameters
     ----------
     delay
         Time from a command to its motion, s.
     scale : (2,)
-        :math:`s_1, s_2`, of way and turn.
+        :math:`s_1, s_2`, of distance and turn.
     drag
-        :math:`c`, m/rad: how much shorter than logged the way is for each radian that the robot
-        turns.
+        :math:`c`, m/rad: how much shorter than logged the distance is for each radian of turn.
     density : (2,)
         Variance of the noise :math:`v` per second, m²/s and rad²/s.
     bias : (2,)
@@ -341,8 +340,8 @@ def _wheels(
 ) -> tuple[float, np.ndarray, float, np.ndarray]:
     """Return delay, scale and drag of the wheels, and the variance of the noise per second.
 
-    Way and turn by the log and by the truth are compared over intervals of `WINDOW` seconds, by
-    least squares; see `Calibration`.
+    Distance and turn by the log are fitted to those by the truth over intervals of `WINDOW`
+    seconds, by least squares; see `Calibration`.
     """
     span = checks.instance("truth", truth, GroundTruth).times
     first, last = max(times[0], span[0]), min(times[-1], span[-1] - delay)

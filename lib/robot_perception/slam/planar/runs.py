@@ -130,7 +130,7 @@ class Settings:
         not an integer of at least 0, the limit is not an integer of at least 1, or an index of a
         step is not an integer.
     TypeError
-        If the sensor is a class or lacks a method of :class:`LandmarkSensor`.
+        If the sensor is a class, or lacks a part of :class:`LandmarkSensor`.
     """
 
     sensor: LandmarkSensor
@@ -173,8 +173,8 @@ class Counts:
     rejected
         Observations that named a landmark but fell outside its gate.
     ignored
-        Observations without a name that fell between the gates, or that came where names are
-        required.
+        Observations without a name that lie inside an outer gate but match no landmark, or that
+        come where names are required.
     retired
         Landmarks (not observations) that were frozen, or whose estimates are no longer updated.
     """
@@ -321,8 +321,9 @@ def run_filter(start: MapBelief, steps: Iterable[Step], settings: Settings) -> H
     ------
     ValueError
         If there is no step, a step to keep does not occur, time goes backwards, an anchor is also
-        in the map, the covariance of the start is not symmetric, or an innovation covariance is
-        singular. Where one step is at fault, the message names it.
+        in the map, the covariance of the start is not symmetric, or an update is impossible: an
+        innovation covariance is singular, say, or a landmark lies exactly at the robot. Where one
+        step is at fault, the message names it.
     """
     checks.instance("start", start, MapBelief)
     run = _Run(start, checks.instance("settings", settings, Settings))
