@@ -58,7 +58,7 @@ class WallMapper:
     >>> mapper = WallMapper(np.linspace(-1.5, 1.5, 151))
     >>> state, info = mapper.step(mapper.start(), 2.0 / np.cos(mapper.angles), np.zeros(3))
     >>> state.ends.round(1).tolist()
-    [[[2.0, -28.2], [2.0, 28.2]]]
+    [[[2.0, -13.2], [2.0, 13.2]]]
     """
 
     angles: Annotated[Float[np.ndarray, " beams"], lambda name, value: check_turn(value)]

@@ -51,8 +51,8 @@ class Calibration:
 
     .. math:: d = s_1 d_0 - c\, |\alpha_0| + v_1, \qquad \alpha = s_2 \alpha_0 + v_2
 
-    with the logged distance :math:`d_0` (m) and turn :math:`\alpha_0` (rad), the true ones :math:`d`
-    and :math:`\alpha`, the scales :math:`s`, the drag :math:`c` and noise :math:`v`.
+    with the logged distance :math:`d_0` (m) and turn :math:`\alpha_0` (rad), the true ones
+    :math:`d` and :math:`\alpha`, the scales :math:`s`, the drag :math:`c` and noise :math:`v`.
 
     Parameters
     ----------
