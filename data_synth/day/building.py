@@ -1,8 +1,9 @@
-"""One floor for all sensors of a robot: laser, sonars, fisheye, stereo pair, two more cameras.
+"""One office floor for all sensors of a robot: laser, sonars, and all its cameras.
 
-The floor is that of :mod:`data_synth.people.office`, on which laser, sonars and fisheye look
-already. Its faces, boxes and pictures become the surfaces of a scene, which a stereo pair sees in
-grey and a camera that looks ahead in colour; above all of it is one painted ceiling.
+The floor is that of :mod:`data_synth.people.office`, which simulates laser, sonars and a fisheye
+camera. Its walls, boxes and pictures become the surfaces of a :mod:`data_synth.stereo` scene, which
+a stereo pair sees in grey and a camera that looks ahead in colour. Above the whole floor is one
+painted ceiling for a camera that looks up.
 """
 
 from collections.abc import Sequence
@@ -30,32 +31,32 @@ from data_synth.textures import paint
 
 __all__ = ["Building", "make_building"]
 
-_SIDE = 26.0  # of the ceiling, m
-_OUT = 0.015  # by which what hangs on a wall stands out, m
-_GAMMA = 2.2
-_TEXELS = 128  # along the sides of a picture
-_PLASTER = 190.0  # mean grey of the picture of plaster
-_TILE = 2.0  # m after which plaster and floor repeat
+_SIDE = 26.0  # side of the ceiling, m
+_OUT = 0.015  # distance from a wall to the pictures that hang on it, m
+_GAMMA = 2.2  # grey value = 255 light^(1 / 2.2)
+_TEXELS = 128  # side of a picture, texels
+_PLASTER = 190.0  # mean grey value of the texture of plaster
+_TILE = 2.0  # period of the textures of plaster and floor, m
 _GRAIN = Exposure(noise=2.0)
-_HAIR = 60.0  # grey of a head from below
+_HAIR = 60.0  # grey value of a head seen from below
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Building:
-    """A floor, and what the cameras of a robot see of it.
+    """An office floor, and the pictures that the cameras of a robot take of it.
 
     Parameters
     ----------
     office
-        Walls, furniture, doors and lights, for laser, sonars and fisheye.
+        Walls, furniture, doors and lights, for laser, sonars and fisheye camera.
     scene
-        The same for a stereo pair, in grey.
+        The same as surfaces in grey, for a stereo pair.
     colours
-        The same in red, green and blue, for a camera that looks ahead.
+        The same as surfaces in red, green and blue, for a camera that looks ahead.
     above
-        Camera below the painted ceiling.
+        Camera that looks up at the painted ceiling.
     middle : (2,)
-        Place of the floor below the middle of the ceiling, m.
+        Point of the floor below the centre of the ceiling, m.
     """
 
     office: PeopleOffice
@@ -73,19 +74,24 @@ class Building:
         array("middle", self.middle, (2,))
 
     def pair(self, rig: Rig, pose: np.ndarray, *, rng: np.random.Generator) -> StereoFrame:
-        """Return what a stereo pair sees from a pose (3,), m and rad, of the empty floor."""
+        """Return the pictures of a stereo pair at a robot pose (3,), m and rad; without people."""
         instance("rig", rig, Rig)
         return render(self.scene, rig, array("pose", pose, (3,)), rng=generator(rng))
 
     def ahead(self, camera: RobotCamera, pose: np.ndarray) -> np.ndarray:
-        """Return the light (rows, columns, 3) that reaches a camera that looks ahead.
+        """Return the picture of a camera that looks ahead, without people and noise.
 
         Parameters
         ----------
         camera
-            Level, on the robot's axis.
+            Camera of the robot: level, on the robot's vertical axis.
         pose : (3,)
-            Of the robot, m and rad.
+            Pose of the robot, m and rad.
+
+        Returns
+        -------
+        (rows, columns, 3)
+            Linear light in red, green and blue, 1 for white; not the grey values of a file.
         """
         rig, pose = _eye(camera), array("pose", pose, (3,))
         grey = [ideal_image(scene, rig, pose) for scene in self.colours]
@@ -94,9 +100,20 @@ class Building:
     def in_sight(
         self, camera: RobotCamera, pose: np.ndarray, places: np.ndarray, high: float = 1.5
     ) -> np.ndarray:
-        """Tell which places (n, 2) of the floor, at a height, that camera sees, whatever is there.
+        """Tell which points the camera that looks ahead sees; walls and furniture hide points.
 
-        A place that is hidden by a wall or by furniture is not in sight; people are not asked.
+        People do not hide anything here.
+
+        Parameters
+        ----------
+        camera
+            Camera of the robot, as in `ahead`.
+        pose : (3,)
+            Pose of the robot, m and rad.
+        places : (n, 2)
+            Positions of the points on the floor plan, m.
+        high
+            Height of all points above the floor, m.
         """
         places = array("places", places, (None, 2))
         points = np.column_stack([places, np.full(len(places), high)])
@@ -105,14 +122,14 @@ class Building:
     def overhead(
         self, pose: np.ndarray, heads: np.ndarray, *, rng: np.random.Generator
     ) -> np.ndarray:
-        """Return what the camera below the ceiling sees: grey values (rows, columns) of 8 bits.
+        """Return the picture of the camera that looks up: grey values (rows, columns) of 8 bits.
 
         Parameters
         ----------
         pose : (3,)
-            Of the robot, m and rad.
+            Pose of the robot, m and rad.
         heads : (n, 3)
-            Of people: where they are, and how high above the floor, m.
+            Heads of people: position on the floor plan and height above the floor, m.
         rng
             Source of the noise.
         """
@@ -127,7 +144,7 @@ class Building:
 
 
 def make_building(*, rng: np.random.Generator) -> Building:
-    """Return an office floor with a painted ceiling; what it looks like is drawn.
+    """Return a random office floor with a painted ceiling.
 
     Parameters
     ----------
@@ -151,13 +168,13 @@ def make_building(*, rng: np.random.Generator) -> Building:
 
 
 def _eye(camera: RobotCamera) -> Rig:
-    """Return a rig whose left eye is a camera that looks ahead."""
+    """Return a stereo rig whose left camera is the camera that looks ahead."""
     rows, columns = instance("camera", camera, RobotCamera).size
     return Rig(focal_px=camera.focal, size=(columns, rows), height=camera.height)
 
 
 def _scene(surfaces: Sequence[tuple], gains: np.ndarray, pictures: Sequence[np.ndarray]) -> Scene:
-    """Return a scene of one channel."""
+    """Return the scene of one channel; ``gains`` multiply the pictures of the surfaces."""
     found = [
         Surface(corner, right, down, picture, tiles, float(gain), carrier)
         for (corner, right, down, picture, tiles, carrier), gain in zip(
@@ -168,20 +185,24 @@ def _scene(surfaces: Sequence[tuple], gains: np.ndarray, pictures: Sequence[np.n
 
 
 def _pictures(stage: Stage, ceiling: Ceiling, rng: np.random.Generator) -> list[np.ndarray]:
-    """Return grey values of floor, plaster and ceiling, and those in colour of what hangs there."""
+    """Return the pictures of floor, plaster and ceiling in grey, then all hung ones in colour."""
     above = cv2.resize(ceiling.texture, (1024, 1024), interpolation=cv2.INTER_AREA)
     found = [paint("linoleum", rng=rng), paint("plaster", rng=rng), above]
-    for picture in stage.pictures[..., ::-1]:  # red first
+    for picture in stage.pictures[..., ::-1]:  # from blue, green, red to red, green, blue
         shown = 255 * np.clip(picture, 0, 1) ** (1 / _GAMMA)
         found.append(cv2.resize(shown.astype(np.float32), (_TEXELS, _TEXELS)))
     return [picture.astype(float) for picture in found]
 
 
-_FLOOR, _WALL, _CEILING, _HUNG = range(4)
+_FLOOR, _WALL, _CEILING, _HUNG = range(4)  # index of a picture; those that hang begin at _HUNG
 
 
 def _surfaces(stage: Stage, middle: np.ndarray) -> tuple[list[tuple], np.ndarray]:
-    """Return what stands, as corner, edges, picture, tiles and carrier; and the tints of each."""
+    """Return all surfaces (corner, right, down, picture, tiles, carrier), and a tint for each.
+
+    A tint is the factor of the picture's red, green and blue. A carrier is the index of the wall on
+    which a picture hangs, or -1.
+    """
     found: list[tuple] = []
     tints: list[np.ndarray] = []
 
@@ -220,7 +241,7 @@ def _surfaces(stage: Stage, middle: np.ndarray) -> tuple[list[tuple], np.ndarray
 
 
 def _upright(add, a, b, bottom, top, picture, tint, tiles=1.0, carrier=-1) -> None:
-    """Add an upright face from a to b, which is seen from the left of the way there."""
+    """Add an upright face from a to b that is seen from the left of the line from a to b."""
     right, down = np.append(a - b, 0.0), np.array([0.0, 0.0, bottom - top])
     if np.hypot(*right[:2]) > 1e-3 and top - bottom > 1e-3:
         repeats = (max(tiles, 0.05), 1.0)
@@ -228,5 +249,5 @@ def _upright(add, a, b, bottom, top, picture, tint, tiles=1.0, carrier=-1) -> No
 
 
 def _tint(light: np.ndarray) -> np.ndarray:
-    """Return what the grey of plaster is multiplied by, red, green and blue, for a paint."""
+    """Return the factors of plaster's grey that give a paint, given as linear light (b, g, r)."""
     return 255 * np.clip(light[::-1], 0, 1) ** (1 / _GAMMA) / _PLASTER

@@ -1,9 +1,10 @@
-r"""A known pattern found anew in a picture, by its contours alone: section 3.2.
+r"""Recognition of a known pattern in a picture without a prior pose, by its contours (section 3.2).
 
-Corners of contours in the picture are laid on corners of the pattern; each such pair is a place of
-the pattern. The places at which most of its contour points lie on edges of the same direction are
-the candidates. Contours alone may fit several places, which is why candidates are returned with
-their scores, and the grey vectors have the last word.
+Each pair of a corner of the pattern's contours and a similar corner of the picture's contours gives
+a hypothesis of the pattern's pose. It is scored by the share of the pattern's contour points that
+lie on edges of the same direction. The best poses are refined by least squares and returned as
+candidates. Several poses may fit contours alone, so the caller has to decide between the candidates
+by the grey values.
 """
 
 from collections.abc import Callable, Sequence
@@ -24,11 +25,11 @@ from robot_perception.kernels import kernel
 __all__ = ["Candidate", "EdgeField", "RecognitionRules", "contour_log_likelihoods", "recognise"]
 
 FAR = 10.0
-"""Distances to edges are cut off here, px."""
+"""Largest distance to an edge; larger ones are cut to it, px."""
 
 
 def _below(most: float) -> Callable[[str, float], float]:
-    """Return the check of a positive number below another one."""
+    """Return a check that a number is positive and below another one."""
 
     def check(name: str, value: float) -> float:
         found = checks.positive(name, value)
@@ -40,7 +41,7 @@ def _below(most: float) -> Callable[[str, float], float]:
 
 
 def _scales(name: str, value: Sequence[float]) -> tuple[float, ...]:
-    """Return positive numbers, one at least."""
+    """Return positive numbers, at least one, or raise ``ValueError``."""
     found = checks.array(name, value, ("n",))
     if not (len(found) and (found > 0).all()):
         raise ValueError(f"{name} must be positive, one at least, got {found.tolist()}")
@@ -49,32 +50,32 @@ def _scales(name: str, value: Sequence[float]) -> tuple[float, ...]:
 
 @dataclass(frozen=True, slots=True)
 class RecognitionRules:
-    """Rules of the search for candidates; all numbers are ours.
+    """Rules of the search for candidates. The paper gives no values: all are our choice.
 
     Parameters
     ----------
     near
-        A contour point lies on an edge that is no further away, px.
+        Largest distance from a contour point to the edge on which it lies, px.
     aligned
-        And whose direction differs by no more, rad.
+        Largest difference between their directions, rad.
     opening
-        Two corners match if their openings differ by no more, rad.
+        Largest difference between the openings of two corners that match, rad.
     gap
-        Two contours form a corner if their ends are no further from where they meet, px.
+        Largest distance from the ends of two segments to the point where they meet in a corner, px.
     scales
-        Scales that are tried: 1 for a robot whose distance from the ceiling is constant.
+        Scales that are tried; 1 alone for a robot at a constant distance from the ceiling.
     refined
-        So many of the best places are refined by least squares.
+        Number of the best poses that are refined by least squares.
     apart
-        Places closer than that, px, and closer than this over a quarter of the window, rad, are one
-        candidate.
+        Two poses are one candidate if they are closer than this, px, and differ in direction by
+        less than this over a quarter of the shorter side of the pattern's window, rad.
     least
-        Candidates of a lower score are dropped.
+        Least score of a candidate.
 
     Raises
     ------
     ValueError
-        If ``near`` is not below the 10 px at which distances are cut off, ``aligned`` not below a
+        If ``near`` is not below the 10 px at which distances are cut, ``aligned`` is not below a
         right angle, or there is no scale.
     """
 
@@ -91,14 +92,14 @@ class RecognitionRules:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Candidate:
-    """A place at which a pattern may be.
+    """A pose that a pattern may have in a picture.
 
     Parameters
     ----------
     pose : (4,)
-        (x, y, θ, s), px, px, rad and 1.
+        (x, y, θ, s): position, px, px; direction, rad; scale.
     score
-        Share of the pattern's contour points that lie on edges of their direction.
+        Share of the pattern's contour points that lie on edges of their own direction.
     """
 
     pose: Float[np.ndarray, " 4"]
@@ -106,17 +107,12 @@ class Candidate:
 
 
 class EdgeField:
-    """The distance from each pixel to the nearest edge, and the direction of that edge.
+    """Distance from each pixel to the nearest edge, with the place and direction of that edge.
 
     Parameters
     ----------
     edges
-        Of a picture.
-
-    Raises
-    ------
-    TypeError
-        If they are none.
+        Edges of a picture.
     """
 
     def __init__(self, edges: Edges) -> None:
@@ -134,12 +130,22 @@ class EdgeField:
     def look(
         self, points: Float[np.ndarray, "... 2"]
     ) -> tuple[Float[np.ndarray, "..."], Float[np.ndarray, "... 2"], Float[np.ndarray, "..."]]:
-        """Return distance to the nearest edge, that edge's pixel and the direction across it.
+        """Return the distance to the nearest edge, the pixel of that edge, and its normal.
 
         Parameters
         ----------
         points : (…, 2)
-            px; one outside the picture is as far from any edge as the cut-off.
+            Points of the picture, px, rounded to pixels. A point outside is at the cut-off distance
+            of 10 px.
+
+        Returns
+        -------
+        distance : (…)
+            px.
+        pixel : (…, 2)
+            Nearest pixel of an edge, px.
+        normal : (…)
+            Direction across the edge, rad.
 
         Raises
         ------
@@ -160,35 +166,33 @@ def recognise(
     contours: Sequence[Segment | Arc],
     rules: RecognitionRules | None = None,
 ) -> tuple[Candidate, ...]:
-    """Return where a pattern may be in a picture by its contours, the best first.
+    """Return the poses that a pattern may have in a picture by its contours, the best first.
 
     Parameters
     ----------
     pattern
-        With its contours.
+        Pattern with its contours.
     field
-        Of the edges of the picture.
+        Distances to the edges of the picture.
     contours
-        Of the picture.
+        Segments and arcs found in the picture.
     rules
-        Those of `RecognitionRules` if not given.
+        Rules of the search; the defaults of `RecognitionRules` if not given.
 
     Returns
     -------
     tuple of Candidate
-        Empty where nothing fits.
+        Empty if no pose reaches the least score.
 
     Raises
     ------
-    TypeError
-        If an argument is of another type.
     ValueError
         If the pattern has no contour.
 
     References
     ----------
     Section 3.2: "The contour representation is used to automatic generation and recognition and
-    thus to the tracking initialization." How, it does not say; the procedure is ours.
+    thus to the tracking initialization." The paper does not say how; the procedure is ours.
     """
     checks.instance("pattern", pattern, Pattern)
     checks.instance("field", field, EdgeField)
@@ -221,31 +225,29 @@ def contour_log_likelihoods(
     sigma: float = 2.0,
     aligned: float | None = None,
 ) -> Float[np.ndarray, " m"]:
-    r"""Return the logarithm of a likelihood that knows contours alone, but for a constant.
+    r"""Return the log-likelihood of poses by the pattern's contours alone, up to a constant.
 
-    .. math:: -\frac{1}{2\sigma^2} \sum_j \min(d_j, d_{\max})^2
+    .. math:: \log p(z \mid x) = -\frac{1}{2\sigma^2} \sum_j \min(d_j, d_{\max})^2
 
-    with :math:`d_j` the distance from a model point to the nearest edge, or :math:`d_{\max}` where
-    the directions of the two differ too much.
+    with the distance :math:`d_j` from a point of the pattern's contours to the nearest edge, or
+    :math:`d_{\max}` where the directions of the two differ too much; :math:`d_{\max}` is 10 px.
 
     Parameters
     ----------
     field
-        Of the picture's edges.
+        Distances to the edges of the picture.
     pattern
-        Its points.
+        Pattern with its contour points.
     poses : (m, 4)
         (x, y, θ, s), for instance of particles.
     sigma
-        px.
+        Standard deviation :math:`\sigma` of a distance, px.
     aligned
-        A point lies on no edge whose direction differs by more, rad, below a right angle; on any if
-        not given.
+        Largest difference between the directions of a point and its edge, rad, below a right
+        angle; any if not given.
 
     Raises
     ------
-    TypeError
-        If an argument is of another type.
     ValueError
         If the poses are not (m, 4), sigma is not positive or the angle is out of its range.
 
@@ -269,7 +271,7 @@ def contour_log_likelihoods(
 def _along(
     pattern: Pattern, spacing: float = 3.0
 ) -> tuple[Float[np.ndarray, "n 2"], Float[np.ndarray, " n"]]:
-    """Return points along a pattern's contours and the direction across each, rad."""
+    """Return points along a pattern's contours, and the direction of the normal at each, rad."""
     points, normals = [], []
     for piece in pattern.contours:
         at = piece.points(spacing)
@@ -285,11 +287,12 @@ def _along(
 def _corners(
     contours: Sequence[Segment | Arc], rules: RecognitionRules
 ) -> Float[np.ndarray, "n 4"]:
-    """Return corners: place (px), direction in which they open and by how much (rad).
+    """Return corners: position (u, v, px), direction in which they open, and opening (rad).
 
-    Two segments that meet near their ends make one. So do an arc and a segment near it: the corner
-    lies in the centre and opens towards the nearest point of the segment's line, and its opening is
-    minus the distance of that line in hundreds of px, so that it matches none of the first kind.
+    Two segments that meet near their ends form a corner, unless they are within 25° of parallel. An
+    arc and a segment near it form one, too: it lies at the centre of the arc and opens towards the
+    foot of the perpendicular on the segment's line. In place of the opening stands -d / 100, with
+    the distance d of that line in px; the sign tells the two kinds apart.
     """
     segments = [piece for piece in contours if isinstance(piece, Segment)]
     arcs = [piece for piece in contours if isinstance(piece, Arc)]
@@ -327,7 +330,7 @@ def _corners(
 def _hypotheses(
     known: Float[np.ndarray, "k 4"], seen: Float[np.ndarray, "n 4"], rules: RecognitionRules
 ) -> Float[np.ndarray, "m 4"]:
-    """Return the places at which a corner of the pattern lies on one of the picture."""
+    """Return the poses at which a corner of the pattern coincides with one of the picture."""
     poses = [np.empty((0, 4))]
     for scale in rules.scales:
         reach = np.where(known[:, 3] < 0, scale, 1.0) * known[:, 3]
@@ -348,7 +351,7 @@ def _scores(
     field: EdgeField,
     rules: RecognitionRules,
 ) -> Float[np.ndarray, " m"]:
-    """Return the share of contour points that lie on edges of their direction."""
+    """Return for each pose the share of contour points that lie on edges of their direction."""
     return _shares(
         points, normals, poses, field.distance, field.normal, rules.near, np.sin(rules.aligned)
     )
@@ -357,7 +360,7 @@ def _scores(
 @no_type_check
 @kernel()
 def _shares(points, normals, poses, distance, normal, near, aligned):
-    """Return which share of points lies near an edge across which the direction is theirs."""
+    """Return for each pose the share of points near an edge whose normal is theirs, compiled."""
     height, width = distance.shape
     found = np.empty(len(poses))
     for i in range(len(poses)):
@@ -374,7 +377,10 @@ def _shares(points, normals, poses, distance, normal, near, aligned):
 
 
 def _refined(points, normals, pose, field, rules) -> Float[np.ndarray, " 4"]:
-    """Return a place after a few steps of least squares on the distances across nearest edges."""
+    """Return a pose after up to five Gauss-Newton steps on the distances to the nearest edges.
+
+    Distances are taken along the normals of the edges. The scale stays.
+    """
     pose = pose.copy()
     for reach in (3, 3, 2, 2, 1):
         at = placed(points, pose)
@@ -394,7 +400,7 @@ def _refined(points, normals, pose, field, rules) -> Float[np.ndarray, " 4"]:
 
 
 def _distinct(poses, scores, pattern: Pattern, rules: RecognitionRules) -> list[int]:
-    """Return which places, best first, are not the same as a better one."""
+    """Return the rows of poses, given best first, that are not the same as a better one."""
     kept: list[int] = []
     turn = rules.apart / (min(pattern.size) / 4)
     for k, pose in enumerate(poses):

@@ -1,12 +1,13 @@
-r"""State machine of the interaction: a table of states that detectors drive.
+r"""Finite state machine of the interaction between a robot and a person, driven by detectors.
 
-A detector is the user's: it puts what it found under a name of its own among the *percepts*. A rule
-turns percepts into an *event*, true or false, and an event counts once it has been true for some
-pictures in a row. The table says which event leads from which state to which. New detectors, events
-and states are new entries; nothing here knows a face or a hand.
+The user brings the detectors. What they find in a picture is handed over as *percepts*, a mapping
+from names to findings. A rule decides from the percepts whether an *event* holds in this picture,
+and the event is true once it has held for a number of pictures in a row. A table of transitions
+says which event leads from which state to which. New detectors, events and states are new entries;
+nothing here depends on faces or hands.
 
-`paper_table` is Fig. 2 of Menezes, Lerasle and Dias, "Visual Tracking Modalities for a Companion
-Robot", as its text tells it (the drawing is not to be had).
+`paper_table` is the state machine of Menezes, Lerasle and Dias, "Visual Tracking Modalities for a
+Companion Robot", Fig. 2, rebuilt from the text; the drawing itself is unavailable to us.
 """
 
 from collections import deque
@@ -32,7 +33,7 @@ Percepts = Mapping[str, Any]
 
 
 def _named(name: str, value: Any) -> str:
-    """Return a text that is not blank."""
+    """Return a text, or raise ``ValueError`` if it is blank."""
     if not checks.instance(name, value, str).strip():
         raise ValueError(f"{name} must be a name, got {value!r}")
     return value
@@ -42,26 +43,26 @@ Name = Annotated[str, _named]
 
 
 def _arrows(name: str, value: Any) -> tuple["Transition", ...]:
-    """Return the arrows of a tuple or a list, whose order counts."""
+    """Return transitions as a tuple; only a tuple or a list has the order that counts."""
     return checks.instances(name, checks.instance(name, value, tuple, list), Transition)
 
 
 @final
 @dataclass(frozen=True, slots=True)
 class Transition:
-    """One arrow of the table.
+    """A transition of the table.
 
     Parameters
     ----------
     source, target
-        States.
+        State before and state after, by name.
     event
-        What leads from the one to the other.
+        Event that leads from the one to the other, by name.
 
     Raises
     ------
     ValueError
-        If the arrow leads nowhere else.
+        If a name is blank, or both states are the same.
     """
 
     source: Name
@@ -77,20 +78,20 @@ class Transition:
 @final
 @dataclass(frozen=True, slots=True)
 class StateTable:
-    """States and what leads from each to the next, in order of precedence.
+    """States and the transitions between them, in order of precedence.
 
     Parameters
     ----------
     start
-        The first state.
+        State at the start.
     transitions
-        The arrows. Where several events of a state are true, the one that stands first is taken.
+        If several events that leave a state are true, the first of their transitions is taken.
 
     Raises
     ------
     ValueError
-        If there is no arrow, two of a state have the same event, a state has no exit, or one cannot
-        be reached from the start; the message names them.
+        If there is no transition, a state has two transitions for one event, a state cannot be
+        left, or one cannot be reached from the start; the message names them.
     """
 
     start: Name
@@ -116,17 +117,17 @@ class StateTable:
 
     @property
     def states(self) -> tuple[str, ...]:
-        """All states, the first one first."""
+        """All states, that at the start first."""
         named = (n for arrow in self.transitions for n in (arrow.source, arrow.target))
         return tuple(dict.fromkeys((self.start, *named)))
 
     @property
     def events(self) -> tuple[str, ...]:
-        """All events."""
+        """All events, in the order of the transitions."""
         return tuple(dict.fromkeys(arrow.event for arrow in self.transitions))
 
     def reachable(self, state: str) -> set[str]:
-        """Return the states that some events lead to from this one, itself included."""
+        """Return the states that can be reached from a state by transitions, itself included."""
         todo, found = deque([_named("state", state)]), {state}
         while todo:
             here = todo.popleft()
@@ -137,7 +138,7 @@ class StateTable:
         return found
 
     def of(self, state: str) -> tuple[Transition, ...]:
-        """Return the arrows that lead out of a state, in order of precedence.
+        """Return the transitions that leave a state, in order of precedence.
 
         Raises
         ------
@@ -148,24 +149,24 @@ class StateTable:
         return tuple(arrow for arrow in self.transitions if arrow.source == state)
 
     def next(self, state: str, events: Iterable[str]) -> tuple[str, str | None]:
-        """Return the state after some events, and the event that led there.
+        """Return the next state if some events are true, and the event that leads there.
 
         Parameters
         ----------
         state
-            Before.
+            Present state.
         events
-            Those that are true; those that mean nothing in this state are passed over.
+            True events; those without a transition from this state are ignored.
 
         Returns
         -------
         (str, str or None)
-            The same state and ``None`` if no event leads elsewhere.
+            Next state and event; the same state and ``None`` if no event leads elsewhere.
 
         Raises
         ------
         ValueError
-            If there is no such state, or an event stands nowhere in the table.
+            If there is no such state, or an event is not in the table.
         """
         given = checks.iterable("events", events)
         true = {checks.one_of("events", event, self.events) for event in given}
@@ -175,7 +176,7 @@ class StateTable:
         return state, None
 
     def extended(self, *transitions: Transition, first: bool = False) -> "StateTable":
-        """Return the table with more arrows, after those of the same state or before them."""
+        """Return the table with more transitions, before all others if ``first``, else after."""
         first = checks.flag("first", first)
         parts = (transitions, self.transitions) if first else (self.transitions, transitions)
         return replace(self, transitions=(*parts[0], *parts[1]))
@@ -189,9 +190,9 @@ class Event:
     Parameters
     ----------
     rule
-        Function of the percepts that returns whether it is so in this picture.
+        Function of the percepts of one picture that tells whether the event holds in it.
     pictures
-        For how many pictures in a row it must be so.
+        Number of pictures in a row in which the rule must hold.
     """
 
     rule: Callable[[Percepts], bool]
@@ -207,11 +208,11 @@ class InteractionState:
     Parameters
     ----------
     name
-        The state of the table.
+        State of the table.
     pictures
-        How many pictures it has lasted.
+        Number of pictures since the state was entered.
     runs
-        For how many pictures in a row each event has been so, since the state was entered.
+        For each event, the number of pictures in a row in which its rule has held since then.
     """
 
     name: Name
@@ -233,13 +234,13 @@ class InteractionInfo:
     Parameters
     ----------
     so
-        The events whose rule holds in this picture.
+        Events whose rule holds in this picture.
     true
-        Those that have held for as many pictures as they must.
+        Events that are true: their rule has held for enough pictures in a row.
     event
-        The one that led to another state, ``None`` if the state stays.
+        Event that led to another state; ``None`` if the state stays.
     before
-        The state before.
+        State before the step.
     """
 
     so: tuple[str, ...]
@@ -251,19 +252,20 @@ class InteractionInfo:
 @final
 @dataclass(frozen=True, slots=True)
 class Interaction:
-    """A table and the rules of its events.
+    """State machine: a table of transitions with the rules of its events.
 
     Parameters
     ----------
     table
-        The states.
+        States and transitions.
     events
-        The rule of each event of the table, by name.
+        Condition of each event of the table, by name.
 
     Raises
     ------
     ValueError
-        If an event of the table has no rule, or a rule is of no event; the message names it.
+        If an event of the table has no rule, or a rule belongs to no event of the table; the
+        message names it.
     """
 
     table: StateTable
@@ -284,22 +286,22 @@ class Interaction:
     ) -> tuple[InteractionState, InteractionInfo]:
         """Return the state after a picture.
 
-        Only the rules of the events that lead out of the present state are asked, and their runs
-        begin anew in every state: what was seen before does not count for it.
+        Only the rules of events that leave the present state are evaluated. Their runs start from 0
+        when a state is entered: pictures before do not count.
 
         Parameters
         ----------
         state
-            Before the picture.
+            State before the picture.
         percepts
-            What the detectors found in it, by the user's names.
+            Findings of the detectors in the picture, by name.
 
         Raises
         ------
         KeyError
             If a rule asks for a percept that is not there.
         TypeError
-            If a rule returns something else than true or false.
+            If a rule returns anything but true or false.
         """
         name = checks.instance("state", state, InteractionState).name
         checks.instance("percepts", percepts, Mapping)
@@ -317,24 +319,26 @@ class Interaction:
 
 
 def paper_table(*, halt: bool = True) -> StateTable:
-    """Return the table of the paper's interaction.
+    """Return the state machine of the paper's interaction.
 
-    The robot waits until it sees a face, and identifies it until one is the tutor's. With its
-    tutor it idles, verifies that he is still there, and looks for an open hand; where that stands
-    relative to the head says whether to follow or to track gestures. An open hand ends the
-    following. The paper leaves open what follows a halt and how the tracking of gestures ends:
-    here both wait until the hand is down and idle again.
+    The robot waits until it sees a face, and then identifies faces until one is its tutor's. With
+    its tutor it idles: it verifies that the tutor is still there and looks for an open hand. A hand
+    above the head means that it shall follow, a hand beside the head that it shall track gestures.
+    An open hand ends the following.
+
+    The paper does not say what comes after a halt, nor how the tracking of gestures ends. Here the
+    robot stays in these states until the hand is down, and then idles again.
 
     Parameters
     ----------
     halt
-        Whether the end of following is a state of its own, which lasts until the hand is down.
-        Without it the hand that ended the following is still up when the robot idles, and starts
-        it again.
+        Whether the end of following is a state of its own that lasts until the hand is down.
+        Without it, the hand that ended the following is still up when the robot idles, and starts
+        the following again.
 
     References
     ----------
-    Section II with Fig. 2, section III (hand detection) and section IV.
+    Menezes, Lerasle and Dias, section II with Fig. 2, section III (hand detection), section IV.
     """
     end = (
         [

@@ -1,4 +1,4 @@
-"""Parts that all readers of recordings share: lines, read strictly, and laser scans."""
+"""Common parts of the readers of recordings: text lines that are read strictly, and laser logs."""
 
 import codecs
 import csv
@@ -25,10 +25,10 @@ from studies.files import DamagedFile
 
 GZIP_MAGIC = b"\x1f\x8b"
 CHUNK, LONGEST_LINE, LARGEST_TEXT = 2**16, 2**18, 2**20  # bytes
-LARGEST_RATIO = 100  # of text to file beyond LARGEST_TEXT; known logs have 11
+LARGEST_RATIO = 100  # of unpacked to packed bytes beyond LARGEST_TEXT; known logs have 11
 KEYWORD = re.compile(rb"[A-Za-z][A-Za-z0-9_:]*\Z")
-QUOTED = re.compile(rb'"[^"]*"|(?:^|(?<=[;,\t ]))"[^"]*$')  # some go on in the next line
-ENCODINGS = {  # by the byte order mark; that of UTF-32 begins as that of UTF-16
+QUOTED = re.compile(rb'"[^"]*"|(?:^|(?<=[;,\t ]))"[^"]*$')  # may go on in the next line
+ENCODINGS = {  # by byte order mark; UTF-32 first, because its mark begins with that of UTF-16
     codecs.BOM_UTF8: "utf-8",
     codecs.BOM_UTF32_LE: "utf-32-le",
     codecs.BOM_UTF32_BE: "utf-32-be",
@@ -38,7 +38,7 @@ ENCODINGS = {  # by the byte order mark; that of UTF-32 begins as that of UTF-16
 CONTROL_BYTES = re.compile(rb"[\x00-\x08\x0e-\x1f\x7f]")
 FIELDS_OF_VIEW_DEG = {180: (-90, 89), 181: (-90, 90), 360: (-90, 89.5), 361: (-90, 90)}
 
-KINDS = {  # by the keyword that tells them: what a file is, and what reads it
+KINDS = {  # by a keyword that occurs in it: what a file is, and the function that reads it
     "FLASER": ("a CARMEN log", "read_carmen_log"),
     "ROBOTLASER1": ("a CARMEN log", "read_carmen_log"),
     "VERTEX2": ("a pose graph", "read_graph_log"),
@@ -52,10 +52,10 @@ SHORT, LONG = "fewer values than announced", "more values than announced"
 UNTIMED = "timed=False reads the log all the same"
 OTHER_BEAMS = "its number of beams differs from the first scan's"
 
-# What laser loggers write where nothing came back: (lowest, highest) largest reading of such a log,
-# and the threshold. SICK scanners send error codes for readings: in centimetres 0x1FF7 ... 0x1FFF
-# (81.83 ... 81.91 m), in millimetres 0x7FF7 ... 0x7FFF (32.759 ... 32.767 m). ACES, FHW and
-# Acapulco hold 50 to 51.25 m there.
+# Laser loggers write a code where nothing came back. If the largest reading of a log lies between
+# the first two numbers, m, readings from the third on mean "no return". SICK scanners send error
+# codes in place of readings: in centimetres 0x1FF7 ... 0x1FFF (81.83 ... 81.91 m), in millimetres
+# 0x7FF7 ... 0x7FFF (32.759 ... 32.767 m). The logs ACES, FHW and Acapulco hold 50 to 51.25 m there.
 NO_RETURN_CODES = ((80.0, np.inf, 80.0), (50.0, 52.0, 50.0), (32.759, 32.767, 32.759))
 
 
@@ -64,14 +64,14 @@ class CorruptLog(DamagedFile):
 
 
 class OtherUnit(CorruptLog):
-    """A recording whose times are in another unit than was said.
+    """A recording whose times are not in the unit that the caller gave.
 
     Parameters
     ----------
     message
-        What is wrong.
+        Text of the error.
     unit
-        The one that its numbers tell, such as ``"ms"``; empty if they tell none.
+        Unit that fits the numbers, such as ``"ms"``; empty if none does.
     """
 
     def __init__(self, message: str, unit: str) -> None:
@@ -82,21 +82,21 @@ class OtherUnit(CorruptLog):
 @final
 @dataclass(frozen=True, slots=True)
 class ReadReport:
-    """Account of every line of a recording: what became data, and what the reader has no use for.
+    """Counts of all lines of a recording: those that became data, and those that are not read.
 
     Parameters
     ----------
     path
-        The file.
+        File of the recording.
     kept
-        Lines that became data, by keyword.
+        Number of lines that became data, by keyword.
     others
-        Lines of kinds this reader does not read, by keyword; comments are ``"#"``, empty lines
-        ``"blank"``, and lines that go on in a quoted text ``"continued"``.
+        Number of lines that this reader does not read, by keyword. Comments are ``"#"``, empty
+        lines ``"blank"``, and further lines of a quoted text ``"continued"``.
     unit
-        What was counted, if not lines: messages of a ROS bag, by their topic.
+        Name of what is counted: lines, or messages of a ROS bag, by topic.
     remarks
-        Sentences on what is not as it should be.
+        Sentences about faults of the recording.
     """
 
     path: Path
@@ -107,11 +107,11 @@ class ReadReport:
 
     @property
     def lines(self) -> int:
-        """Number of lines of the file, or of messages."""
+        """Number of all lines of the file, or of all messages."""
         return sum(self.kept.values()) + sum(self.others.values())
 
     def __str__(self) -> str:
-        """Return the report as a sentence for people."""
+        """Return the report as one sentence."""
         kept, others = (
             ", ".join(f"{count} {keyword}" for keyword, count in counts.items()) or "none"
             for counts in (self.kept, self.others)
@@ -122,25 +122,25 @@ class ReadReport:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class LaserLog:
-    """Planar laser scans with the poses they were taken from.
+    """Planar laser scans with the poses from which they were taken.
 
     Parameters
     ----------
     ranges : (scans, beams)
-        Distances in m; ``inf`` where the beam came back from nothing.
+        Distances in m; ``inf`` where the beam did not come back.
     angles : (beams,)
         Beam directions in rad, counter-clockwise, in the laser's frame (0 is straight ahead).
     poses : (scans, 3)
         Laser pose (x, y, theta) in the map, in m and rad: the best estimate the log holds.
     odometry : (scans, 3)
-        Robot pose (x, y, theta) by wheel odometry, in m and rad, where the log has it; logs that
-        were corrected afterwards repeat the corrected pose.
+        Robot pose (x, y, theta) by wheel odometry, in m and rad. A log that was corrected
+        afterwards may hold the corrected pose here, too.
     times : (scans,)
         Time stamps in s.
     max_range
-        Readings of at least this many metres were taken for "no return".
+        Readings from this one on were taken for "no return", m.
     report
-        What became of every line of the file.
+        Counts of the lines of the file.
     """
 
     ranges: Float[np.ndarray, "scans beams"]
@@ -158,7 +158,7 @@ def as_path(path: str | os.PathLike[str], name: str = "path") -> Path:
 
 
 def check_reading(max_range: float | None, timed: bool, time_unit: str) -> None:
-    """Raise unless the options of a laser log's reader are as they should be."""
+    """Raise unless the options of a reader of laser logs are valid."""
     flag("timed", timed)
     limits.per_second(time_unit)
     if max_range is not None and not number("max_range", max_range, finite=False) > 0:
@@ -167,22 +167,22 @@ def check_reading(max_range: float | None, timed: bool, time_unit: str) -> None:
 
 @final
 class Lines:
-    """The lines of a text recording, plain or gzip, read once and strictly, and counted.
+    """Lines of a text recording, plain or gzip, that are read once, checked and counted.
 
-    They end as on Linux, Windows or an old Macintosh. The text is UTF-8, with a byte order mark or
-    without, or UTF-16 or UTF-32 with one.
+    Line ends are those of Linux, Windows or an old Macintosh. The text is UTF-8 with or without a
+    byte order mark, or UTF-16 or UTF-32 with one.
 
     Parameters
     ----------
     path
-        The file; whether it is gzip is told from its first bytes. If there is none of that name,
-        the same name with or without ``.gz`` will do.
+        The file; its first bytes tell whether it is gzip. If there is none of that name, the same
+        name with or without ``.gz`` is tried.
 
     Raises
     ------
     CorruptLog
-        While reading: if the file is empty or damaged, a line is not text, or it unpacks to more
-        than a recording could.
+        While reading: if the file is empty or damaged, a line is not text, or the file unpacks to
+        more bytes than a recording could have.
     FileNotFoundError
         While reading: if there is no such file.
     """
@@ -192,7 +192,7 @@ class Lines:
         other = path.with_suffix("") if path.suffix == ".gz" else path.with_name(f"{path.name}.gz")
         self.path = other if other.is_file() and not path.exists() else path
         self.number = 0
-        self.place = 0  # number among the lines that are neither blank nor comment
+        self.place = 0  # count of lines so far that are neither blank nor comment
         self.kept: Counter[str] = Counter()
         self.others: Counter[str] = Counter()
         self._comments: list[bytes] = []
@@ -200,11 +200,11 @@ class Lines:
         self._marks: set[int] = set()
 
     def error(self, reason: str, line: int | None = None) -> CorruptLog:
-        """Return the error that names a line, the present one if none is given."""
+        """Return an error that names a line, the present one if none is given."""
         return CorruptLog(f"{self.path}, line {line or self.number}: {reason}")
 
     def text(self) -> str:
-        """Return the whole text."""
+        """Return the whole text of the recording."""
         return b"\n".join(self._lines()).decode()
 
     def words(self) -> Iterator[list[bytes]]:
@@ -216,8 +216,8 @@ class Lines:
     def rows(self) -> Iterator[list[bytes]]:
         """Yield the cells of each row of a table.
 
-        The first row tells what stands between them: semicolons, tabs, commas or blanks. A cell in
-        quotes may hold all of these, line breaks and, twice, quotes.
+        The first row tells the separator of cells: semicolon, tab, comma or blanks. A cell in
+        quotes may hold separators, line breaks and doubled quotes.
         """
         lines, separator = self._lines(), None
         for line in lines:
@@ -228,7 +228,7 @@ class Lines:
                 yield self._cells(line, separator, lines)
 
     def headings(self) -> list[list[bytes]]:
-        """Return the cells of the comments that stood before the first row, the last one first."""
+        """Return the cells of the comment lines before the first row, the last line first."""
         found = []
         for line in reversed(self._comments):
             line = line.lstrip(b"# \t")
@@ -239,7 +239,7 @@ class Lines:
     def check(
         self, rows: Float[np.ndarray, "rows columns"], numbers: Sequence[int], *checks: Check
     ) -> None:
-        """Raise at the first of rows that fails a check; numbers are those of their lines."""
+        """Raise at the first row that fails a check; ``numbers`` are the lines of the rows."""
         for reason, is_bad in checks:
             bad = is_bad(rows)
             if bad.any():
@@ -248,9 +248,10 @@ class Lines:
                 raise self.error(f"{reason}{value}", numbers[row])
 
     def points(self, cells: list[bytes]) -> list[bytes]:
-        """Return cells that hold numbers, with decimal points where the table has commas.
+        """Return cells that hold numbers, with decimal points in place of decimal commas.
 
-        Only between semicolons or tabs are there decimal commas, and no table has both marks.
+        Decimal commas occur only in tables with semicolons or tabs. A table with decimal commas and
+        decimal points raises `CorruptLog`.
         """
         if self._points_only:
             return cells
@@ -266,14 +267,15 @@ class Lines:
         Parameters
         ----------
         keywords
-            First words of lines.
+            First words of the lines that are wanted.
         needed
-            How many of them are such that one must be there.
+            At least one line must begin with one of this many first keywords.
 
         Raises
         ------
         CorruptLog
-            At the end, if no line begins with one that is needed.
+            If a line does not begin with a keyword; at the end, if no line begins with one of those
+            that are needed.
         """
         for words in self.words():
             if not KEYWORD.match(words[0]):
@@ -286,23 +288,23 @@ class Lines:
             self.need(keywords[0].decode())
 
     def pass_over(self, keyword: bytes) -> None:
-        """Count the lines of a keyword among those that the reader has no use for."""
+        """Count the lines of a keyword, so far kept, as lines that are not read."""
         self.others[keyword.decode()] += self.kept.pop(keyword.decode(), 0)
 
     def need(self, what: str) -> None:
-        """Raise if no line of a kind was kept."""
+        """Raise if no line of a keyword was kept; the message names the reader of such a file."""
         if not self.kept[what]:
             seems = [KINDS[word] for word in self.others if word in KINDS]
             hint = "; it seems to be {}: use {}".format(*seems[0]) if seems else ""
             raise CorruptLog(f"{self.path}: no {what} line ({self.report()}){hint}")
 
     def report(self) -> ReadReport:
-        """Close the account."""
+        """Return the counts of the lines so far."""
         counts = (MappingProxyType(dict(+count)) for count in (self.kept, self.others))
         return ReadReport(self.path, *counts)
 
     def numbers(self, words: list[bytes]) -> Float[np.ndarray, " words"]:
-        """Return words as finite numbers."""
+        """Return words as finite numbers, or raise `CorruptLog`."""
         try:
             values = to_numbers(words)
         except ValueError:
@@ -313,7 +315,7 @@ class Lines:
         return values
 
     def integer(self, words: list[bytes], place: int, *, least: int = 0) -> int:
-        """Return one of the words as an integer that is not too small."""
+        """Return the word at a place as an integer of at least ``least``, or raise `CorruptLog`."""
         if len(words) <= place:
             raise self.error(SHORT)
         word = words[place]
@@ -323,20 +325,21 @@ class Lines:
         return int(word)
 
     def readings(self, words: list[bytes]) -> Float[np.ndarray, " words"]:
-        """Return words as distances."""
+        """Return words as distances of at least 0, or raise `CorruptLog`."""
         values = self.numbers(words)
         if (values < 0).any():
             raise self.error(f"a reading is negative: {values.min():g}")
         return values
 
     def expect(self, words: list[bytes], length: int) -> None:
-        """Raise if a line has too few or too many words; empty ones at its end are taken off."""
+        """Raise if a line has too few or too many words; surplus empty ones at its end go."""
         while len(words) > length and not words[-1]:
             words.pop()
         if len(words) != length:
             raise self.error(SHORT if len(words) < length else LONG)
 
     def _lines(self) -> Iterator[bytes]:
+        """Yield all lines, each checked to be text; ``number`` is that of the present one."""
         text = self._text()
         for self.number, line in enumerate(text.split(b"\n"), start=1):
             if len(line) > LONGEST_LINE:
@@ -357,7 +360,7 @@ class Lines:
         return False
 
     def _cells(self, line: bytes, separator: bytes | None, more: Iterator[bytes]) -> list[bytes]:
-        """Return the cells of a line, and of those after it if they go on in its quotes."""
+        """Return the cells of a line; a cell in quotes may go on in the lines of ``more``."""
         if b'"' not in line:
             return [cell.strip() for cell in line.split(separator)]
         first, mark = self.number, (separator or b" ").decode()
@@ -372,7 +375,7 @@ class Lines:
         return [cell.encode().strip() for cell in cells]
 
     def _text(self) -> bytes:
-        """Return the text in UTF-8, lines parted by line feeds, without its last line end."""
+        """Return the text in UTF-8 with line feeds between lines, without the last line end."""
         size = self.path.stat().st_size
         if not size:
             raise CorruptLog(f"{self.path}: the file is empty")
@@ -396,6 +399,7 @@ class Lines:
         return text.removesuffix(b"\n")
 
     def _as_utf8(self, text: bytes) -> bytes:
+        """Return a text in UTF-8 without its byte order mark."""
         for mark, encoding in ENCODINGS.items():
             if text.startswith(mark):
                 try:
@@ -406,9 +410,10 @@ class Lines:
 
 
 def _separator(line: bytes) -> bytes | None:
-    """Return what stands between the cells of a table with such a first line; blanks are none.
+    """Return the separator of a table with this first line; ``None`` stands for blanks and tabs.
 
-    Numbers between tabs may be aligned by several, or by blanks; names and texts are not.
+    Columns of numbers may be aligned by several tabs or blanks, which then are one separator. In
+    other tables each tab is one.
     """
     outside = QUOTED.sub(b"x", line).strip()
     if b";" in outside:
@@ -419,6 +424,7 @@ def _separator(line: bytes) -> bytes | None:
 
 
 def _is_utf8(line: bytes) -> bool:
+    """Tell whether a line is valid UTF-8."""
     try:
         line.decode()
     except UnicodeDecodeError:
@@ -427,14 +433,14 @@ def _is_utf8(line: bytes) -> bool:
 
 
 def to_numbers(words: list[bytes]) -> Float[np.ndarray, " words"]:
-    """Return words as numbers, or raise ``ValueError``; NaN and infinity are numbers."""
+    """Return words as numbers, or raise ``ValueError``; NaN and infinity are allowed."""
     if b"_" in b"".join(words):  # Python reads 1_0 as ten
         raise ValueError
     return np.array(words, dtype=float)
 
 
 def are_numbers(words: list[bytes]) -> bool:
-    """Tell whether all words are numbers."""
+    """Tell whether all words are numbers, as in `to_numbers`."""
     try:
         to_numbers(words)
     except ValueError:
@@ -445,7 +451,7 @@ def are_numbers(words: list[bytes]) -> bool:
 def in_seconds(
     path: Path, times: Float[np.ndarray, "*k"], time_unit: str
 ) -> Float[np.ndarray, "*k"]:
-    """Return times in s, or raise `CorruptLog` if they cannot be those of a recording."""
+    """Return times in s, or raise `OtherUnit` if no recording has such times in this unit."""
     if fault := limits.time_fault(times, time_unit):
         raise OtherUnit(f"{path}: {fault}", limits.likely_unit(times))
     return times / limits.UNITS[time_unit]
@@ -454,14 +460,24 @@ def in_seconds(
 def read_table(
     path: str | Path, what: str, columns: int, checks: Sequence[Check] = ()
 ) -> tuple[Float[np.ndarray, "rows columns"], ReadReport]:
-    """Return the rows of a table of ``columns`` finite numbers a line that pass all checks.
+    """Return the rows of a table of finite numbers, and the report.
 
-    ``what`` is the keyword under which the report counts the lines.
+    Parameters
+    ----------
+    path
+        File of the table.
+    what
+        Keyword under which the report counts the lines.
+    columns
+        Number of columns.
+    checks
+        Checks that all rows must pass.
 
     Raises
     ------
     CorruptLog
-        If the file is damaged or holds no line, or a line is bad.
+        If the file is damaged or has no row, a row has another number of columns, a value is not a
+        finite number, or a row fails a check.
     """
     lines = Lines(path)
     numbers: list[int] = []
@@ -475,7 +491,7 @@ def read_table(
     lines.need(what)
     try:
         rows = to_numbers(table).reshape(-1, columns)
-    except ValueError:  # one word of all is no number: find it
+    except ValueError:  # some word is not a number: find its line for the message
         for lines.number, start in zip(numbers, range(0, len(table), columns), strict=True):
             lines.numbers(table[start : start + columns])
         raise
@@ -503,16 +519,31 @@ def make_laser_log(
     timed: bool,
     time_unit: str,
 ) -> dict[str, Any]:
-    """Return the fields of a `LaserLog` after its lines were read.
+    """Return the fields of a `LaserLog` from what its lines hold.
 
-    A tail is the number of a scan's line and what follows its readings: laser pose and robot pose
-    (m and rad) first, time last.
+    Parameters
+    ----------
+    lines
+        Lines of the log, all read.
+    readings
+        Readings of each scan, m.
+    angles
+        Directions of the beams, rad.
+    tails
+        For each scan the number of its line, and the numbers after its readings: laser pose and
+        robot pose (m and rad) first, time last.
+    max_range
+        Readings from this one on mean "no return", m; by `no_return_threshold` if not given.
+    timed
+        Whether times are checked.
+    time_unit
+        Unit of the times.
 
     Raises
     ------
     CorruptLog
-        If a pose is too far away or its heading none, or the log should be ``timed`` and the times
-        of its scans are all the same or those of no recording.
+        If a pose is too far away or its heading cannot be in rad; with ``timed``, if all times are
+        the same, or no recording has such times in this unit.
     """
     numbers, tail = [number for number, _ in tails], np.array([values for _, values in tails])
     checks = limits.far_places(0, 1, 3, 4), *limits.no_headings(2), *limits.no_headings(5)
@@ -540,10 +571,17 @@ def make_laser_log(
 def beam_angles(
     beams: int, field_of_view: tuple[float, float] | None
 ) -> Float[np.ndarray, " beams"] | None:
-    """Return the beams' directions in rad, or nothing if no convention is known for their number.
+    """Return the directions of beams, rad, or ``None`` if no convention for their number is known.
 
-    CARMEN logs do not say where their beams point: 180 beams run from -90 deg in steps of 1,
-    181 from -90 to +90, 360 from -90 in steps of 0.5, and 361 from -90 to +90.
+    ``FLASER`` lines do not hold these directions. By convention 180 beams run from -90° by 1°,
+    181 from -90° to 90°, 360 from -90° in steps of 0.5°, and 361 from -90° to 90°.
+
+    Parameters
+    ----------
+    beams
+        Number of beams.
+    field_of_view
+        Directions of the first and the last beam, rad, which replace the convention.
     """
     if field_of_view is not None:
         ends = reals("field_of_view", field_of_view)
@@ -556,10 +594,10 @@ def beam_angles(
 
 
 def no_return_threshold(ranges: Float[np.ndarray, "scans beams"]) -> float:
-    """Return the reading from which a log means "no return", told from its largest reading.
+    """Return the reading from which on readings of a log mean "no return", m.
 
-    80, 50 or 32.759 m when the largest reading is one of the codes loggers write, else ``inf``
-    (every reading is a distance).
+    It is 80, 50 or 32.759 m if the largest reading is one of the codes that loggers write. Else it
+    is ``inf``: all readings are distances.
     """
     largest = ranges.max()
     for lowest, highest, threshold in NO_RETURN_CODES:

@@ -1,7 +1,7 @@
-"""Errors of an estimated path in space: alignment, absolute and relative errors.
+"""Errors of an estimated path in 3-D: association, alignment, absolute and relative errors.
 
-Which poses belong together, how they are aligned and what counts as an error is as in evo
-(https://github.com/MichaelGrupp/evo), so that its numbers can stand beside ours.
+Association, alignment and errors are defined as in evo (https://github.com/MichaelGrupp/evo), so
+that its numbers can be compared with ours.
 """
 
 from dataclasses import dataclass
@@ -20,14 +20,14 @@ ALIGNMENTS = ("none", "se3", "sim3")
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Similarity:
-    r"""A rigid motion with a change of scale: :math:`p \mapsto c R\, p + t`.
+    r"""A similarity transformation, a rigid motion with a scale: :math:`p \mapsto c R\, p + t`.
 
     Parameters
     ----------
     scale
-        :math:`c`.
+        Scale :math:`c`.
     motion : (4, 4)
-        R and t, m.
+        Rigid motion with rotation R and translation t, m.
     """
 
     scale: float
@@ -35,7 +35,7 @@ class Similarity:
     __post_init__ = checked
 
     def act(self, points: Float[np.ndarray, "... n 3"]) -> Float[np.ndarray, "... n 3"]:
-        """Return where it takes points.
+        """Return transformed points.
 
         Raises
         ------
@@ -46,12 +46,12 @@ class Similarity:
         return se3.act(self.motion, self.scale * points)
 
     def move(self, poses: Float[np.ndarray, "k 4 4"]) -> Float[np.ndarray, "k 4 4"]:
-        r"""Return where it takes poses: :math:`(R_i, p_i) \mapsto (R R_i,\; c R p_i + t)`.
+        r"""Return transformed poses: :math:`(R_i, p_i) \mapsto (R R_i,\; c R p_i + t)`.
 
         Raises
         ------
         ValueError
-            If a pose is no rigid motion.
+            If a pose is not a rigid motion.
         """
         poses = checks.reals("poses", poses)
         checks.shaped("poses", poses, ("k", 4, 4))
@@ -63,10 +63,11 @@ class Similarity:
 def associate(
     estimate: Float[np.ndarray, " k"], truth: Float[np.ndarray, " m"], most: float = 0.01
 ) -> Int[np.ndarray, "pairs 2"]:
-    """Return which poses of two paths belong together by their times.
+    """Return the pairs of poses of two paths that belong together by their times.
 
-    Each pose of the path that has fewer, of the estimate if they have as many, goes with the pose
-    of the other that is nearest in time; without one that is near enough it is left out.
+    Each pose of the shorter path (of the estimate, if both have as many poses) is paired with the
+    pose of the other path that is nearest in time, or left out if none is near enough. A pose of
+    the longer path may occur in several pairs.
 
     Parameters
     ----------
@@ -80,7 +81,7 @@ def associate(
     Returns
     -------
     (pairs, 2)
-        Rows of (estimate, truth), in the order of time.
+        Indices of a pose of the estimate and of one of the truth, in the order of time.
 
     Raises
     ------
@@ -113,7 +114,7 @@ def associate(
 def align(
     estimate: Float[np.ndarray, "k 3"], truth: Float[np.ndarray, "k 3"], scaled: bool
 ) -> Similarity:
-    r"""Return the motion, rigid or with a change of scale, that brings a path closest to another.
+    r"""Return the rigid motion or similarity that brings one path closest to another.
 
     .. math:: \min_{c, R, t} \sum_i \lVert q_i - (c R p_i + t) \rVert^2
 
@@ -124,13 +125,13 @@ def align(
     truth : (k, 3)
         True positions :math:`q_i` at the same times, m.
     scaled
-        Whether the scale c is free, as for one camera, which cannot know it; else it is 1.
+        Whether the scale c is free, as for a single camera, which cannot observe it; else c is 1.
 
     Raises
     ------
     ValueError
         If the paths are empty, of different length or not finite, or the positions do not determine
-        the rotation: if either path is straight, or turned copies of it fit equally well.
+        the rotation, because a path is straight or several rotations fit equally well.
 
     References
     ----------
@@ -160,7 +161,7 @@ def align(
 def align_poses(
     estimate: Float[np.ndarray, "k 4 4"], truth: Float[np.ndarray, "k 4 4"], alignment: str
 ) -> tuple[Float[np.ndarray, "k 4 4"], Similarity]:
-    """Return estimated poses moved to where their positions fit the true ones best.
+    """Return estimated poses aligned with the true ones, by their positions.
 
     Parameters
     ----------
@@ -169,19 +170,19 @@ def align_poses(
     truth : (k, 4, 4)
         True poses at the same times.
     alignment
-        ``"none"``: both are in one frame. ``"se3"``: the frame is free, as of most SLAM.
-        ``"sim3"``: the scale, too, as of one camera.
+        ``"none"``: both paths are in one frame. ``"se3"``: the frame of the estimate is arbitrary,
+        as in most SLAM. ``"sim3"``: its scale is, too, as with a single camera.
 
     Returns
     -------
     poses, similarity
-        The poses, and what moved them.
+        The aligned poses, and the transformation that aligned them.
 
     Raises
     ------
     ValueError
-        If the paths are empty, of different length or not of rigid motions, the word is none of
-        these, or where `align` raises.
+        If the paths are empty, of different length or not of rigid motions, the alignment is not
+        one of these, or `align` raises.
     """
     estimate, truth = _paths("poses (k, 4, 4)", (4, 4), estimate, truth)
     if checks.one_of("alignment", alignment, ALIGNMENTS) == "none":
@@ -196,7 +197,8 @@ def absolute_error(estimate: Float[np.ndarray, "k 3"], truth: Float[np.ndarray, 
 
     .. math:: \sqrt{\tfrac 1 k \sum_i \lVert q_i - p_i \rVert^2}
 
-    Nothing is aligned: where frame or scale of the estimate are free, ``align(…).act`` comes first.
+    This function does not align. If frame or scale of the estimate are arbitrary, align it first,
+    with `align` and `Similarity.act`.
 
     Parameters
     ----------
@@ -222,9 +224,12 @@ def absolute_error(estimate: Float[np.ndarray, "k 3"], truth: Float[np.ndarray, 
 def relative_error(
     estimate: Float[np.ndarray, "k 4 4"], truth: Float[np.ndarray, "k 4 4"], steps: int
 ) -> RelativeErrors:
-    r"""Return the errors of all motions over a fixed number of steps.
+    r"""Return the relative pose errors: the errors of all motions over a fixed number of steps.
 
     .. math:: E_i = (Q_i^{-1} Q_{i+\Delta})^{-1} (P_i^{-1} P_{i+\Delta})
+
+    with the true poses :math:`Q_i` and the estimated poses :math:`P_i`. The errors are the length
+    of the translation of :math:`E_i` and its angle of rotation.
 
     Parameters
     ----------
@@ -238,8 +243,8 @@ def relative_error(
     Raises
     ------
     ValueError
-        If the paths are empty, of different length, not of rigid motions, or do not have so many
-        steps.
+        If the paths are empty, of different length or not of rigid motions, or have too few poses
+        for this number of steps.
 
     References
     ----------
@@ -254,10 +259,10 @@ def relative_error(
 def relative_error_over(
     estimate: Float[np.ndarray, "k 4 4"], truth: Float[np.ndarray, "k 4 4"], distance: float
 ) -> RelativeErrors:
-    """Return the errors of all motions over a fixed distance along the true path.
+    """Return the relative pose errors over a fixed distance along the true path.
 
-    Divided by the distance they are the drift that the KITTI benchmark speaks of, in metres and
-    radians a metre.
+    Divided by the distance, they are the drift of the KITTI benchmark, in metres and radians per
+    metre. For the errors see `relative_error`.
 
     Parameters
     ----------
@@ -266,13 +271,13 @@ def relative_error_over(
     truth : (k, 4, 4)
         True poses at the same times.
     distance
-        Length of path, m; `trajectories.pairs_over` says between which poses.
+        Length of path between two poses, m; `trajectories.pairs_over` chooses the pairs.
 
     Raises
     ------
     ValueError
         If the paths are empty, of different length or not of rigid motions, or the true path is
-        shorter.
+        shorter than the distance.
 
     References
     ----------
@@ -286,9 +291,9 @@ def relative_error_over(
 def _motion_errors(
     estimate: np.ndarray, truth: np.ndarray, pairs: Int[np.ndarray, "pairs 2"]
 ) -> RelativeErrors:
-    """Return the errors of the motions between pairs of poses."""
+    """Return the errors of the motions between pairs of poses; see `relative_error`."""
     moved, right = (se3.between(path[pairs[:, 0]], path[pairs[:, 1]]) for path in (estimate, truth))
-    translation = np.linalg.norm(moved[:, :3, 3] - right[:, :3, 3], axis=1)  # in any frame
+    translation = np.linalg.norm(moved[:, :3, 3] - right[:, :3, 3], axis=1)  # length of that of E
     turn = Rotation.from_matrix(right[:, :3, :3].mT @ moved[:, :3, :3])
     return RelativeErrors(translation, turn.magnitude())
 
@@ -296,7 +301,7 @@ def _motion_errors(
 def _paths(
     what: str, shape: tuple[int, ...], estimate: np.ndarray, truth: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Check two paths of one length, of positions or of poses."""
+    """Return two checked paths of one length, of positions or of poses."""
     estimate, truth = checks.reals("estimate", estimate), checks.reals("truth", truth)
     if estimate.shape != truth.shape or estimate.shape[1:] != shape or not len(estimate):
         raise ValueError(

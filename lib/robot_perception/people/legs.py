@@ -1,8 +1,8 @@
 r"""Pairs of legs in one scan of a laser at knee height.
 
-The readings are cut into segments of similar distance; a segment of the width, the depth and the
-shape of a leg is taken for one; two legs a step apart are a person. The legs of a table may pass
-too. A skirt does not, nor do two legs one behind the other.
+The readings are cut into segments of similar distance. A segment with the width, depth and shape
+of a leg is taken for a leg, and two legs within a step of each other for a person. The legs of a
+table may pass, too; a person in a skirt, or with one leg behind the other, is missed.
 """
 
 from dataclasses import dataclass
@@ -25,27 +25,29 @@ class LegRules:
     Parameters
     ----------
     jump
-        Largest difference of neighbouring readings of one segment, m.
+        Largest difference between neighbouring readings of one segment, m.
     least_readings
         Fewest readings of a leg, at least 2: fewer show no shape.
     widths
         Least and largest width of a leg, m.
     deviation
-        Largest standard deviation of the readings of a leg, m.
+        Largest standard deviation of the distances in a leg's segment, m.
     hollow
-        How far the middle of a leg may lie behind the line from end to end, m. A leg bulges; this
-        leaves room for noise.
+        How far the front of a leg may lie behind the line between its ends, on average, m. A leg
+        bulges towards the laser; this leaves room for noise.
     apart
-        Least and largest distance between the middles of a person's legs, m.
+        Least and largest distance between the axes of a person's legs, m.
     range_sigma
         Standard deviation of a person's distance, m.
     side_step
-        Standard deviation across the line of sight, m: by so much a person sways or steps aside.
+        Standard deviation of a person's position across the line of sight, m: how far people sway
+        or step aside.
 
     Raises
     ------
     ValueError
-        If a number is not positive, ``least_readings`` is below 2, or a range is upside down.
+        If a number is not positive, ``least_readings`` is below 2, or the ends of a range do not
+        rise.
 
     References
     ----------
@@ -81,18 +83,19 @@ class Profiles:
     Parameters
     ----------
     spans : (k, 2)
-        First and last reading of each.
+        Index of the first and of the last reading of each segment.
     middles : (k, 2)
-        Where the middle of a round thing with that front would be, in the frame of the laser, m.
+        Axis of a cylinder with such a front, in the frame of the laser, m.
     widths : (k,)
-        From end to end, with half the gap between beams on either side, m.
+        Distance from end to end, plus half a gap between beams at either end, m.
     deviations : (k,)
-        Standard deviations of the readings, m.
+        Standard deviation of the distances, m.
     bulges : (k,)
-        How far the readings between the ends lie in front of the line through these, on average, m.
+        How far the readings between the ends lie in front of the line through the ends, on
+        average, m; negative for a hollow.
     free : (k,)
-        Whether what stands beside it is farther away on one side at least. A strip of wall
-        between two things in front of it is not free.
+        Whether the next reading on at least one side is farther away. A strip of wall that shows
+        between two nearer objects is not free.
     """
 
     spans: Int[np.ndarray, "k 2"]
@@ -112,23 +115,29 @@ def segments(
     angles: Float[np.ndarray, " n"],
     rules: LegRules = LegRules(),
 ) -> Int[np.ndarray, "k 2"]:
-    """Return the first and the last reading of each group of similar distances.
+    """Return the first and the last reading of each segment of similar distances.
 
     Parameters
     ----------
     ranges : (n,)
         Readings, m; infinite where nothing came back, which ends a segment.
     angles : (n,)
-        Directions of the beams, rising, rad. Of a full turn the last stands beside the first
-        (`geometry.closes`): a segment across them has a first reading after its last.
+        Directions of the beams, rising, rad. In a scan of a full turn the last beam is next to the
+        first (`geometry.closes`); in a segment across this seam the index of the first reading is
+        larger than that of the last.
     rules
-        What counts as similar.
+        Their ``jump`` says which neighbours are similar.
+
+    Returns
+    -------
+    (k, 2)
+        Indices of readings.
 
     Raises
     ------
     ValueError
-        If the shapes disagree, there is no beam, a reading is NaN or not positive, or the angles do
-        not rise or span more than a turn.
+        If the shapes disagree, there is no beam, a reading is NaN or not positive, the angles do
+        not rise, or they span more than a turn.
     """
     ranges, angles = _scan(ranges, angles)
     return _cut(ranges, closes(angles), checks.instance("rules", rules, LegRules).jump)
@@ -139,12 +148,13 @@ def profiles(
     angles: Float[np.ndarray, " n"],
     rules: LegRules = LegRules(),
 ) -> Profiles:
-    r"""Return what the segments of enough readings look like.
+    r"""Return the shapes of all segments that have enough readings.
 
     The front of a cylinder of radius a, seen from afar, lies on average
-    :math:`a \int_0^1 \sqrt{1 - u^2}\, du = \pi a / 4` in front of its axis.
+    :math:`a \int_0^1 \sqrt{1 - u^2}\, du = \pi a / 4` in front of its axis. So the axis lies by
+    this much behind the mean of the readings, with half the width for a.
 
-    Parameters, and errors, are those of `segments`.
+    Parameters and exceptions are those of `segments`.
     """
     ranges, angles = _scan(ranges, angles)
     ring = closes(angles)
@@ -169,7 +179,7 @@ def profiles(
     chords = np.hypot(along_x, along_y)
     gaps = (angles[last] - angles[first] + 2 * np.pi * (last < first)) / (counts - 1)
     widths = chords + middle_r * gaps
-    # counter-clockwise beams: the scanner is to the left of the way from the first to the last
+    # beams run counter-clockwise, so the laser is to the left of the line from first to last
     ahead = along_x[rows] * (y - y[begin[rows]]) - along_y[rows] * (x - x[begin[rows]])
     inner = np.maximum(counts - 2, 1)
     bulges = mean(ahead) * counts / (inner * np.maximum(chords, np.finfo(float).tiny))
@@ -183,14 +193,14 @@ def profiles(
 
 
 def are_legs(found: Profiles, rules: LegRules = LegRules()) -> Bool[np.ndarray, " k"]:
-    """Tell which segments look like a leg: by width, deviation, shape, and standing free.
+    """Tell which segments look like a leg: by width, depth and shape, and by standing free.
 
     Parameters
     ----------
     found
-        The segments.
+        Shapes of the segments.
     rules
-        What is taken for a leg.
+        Limits for a leg.
     """
     checks.instance("found", found, Profiles)
     low, high = checks.instance("rules", rules, LegRules).widths
@@ -202,19 +212,19 @@ def are_legs(found: Profiles, rules: LegRules = LegRules()) -> Bool[np.ndarray, 
 def pairs(
     middles: Float[np.ndarray, "k 2"], rules: LegRules = LegRules()
 ) -> Int[np.ndarray, "p 2"]:
-    """Return which legs belong together: the nearest two first, each leg to one person.
+    """Return which legs belong to one person: the closest pair first, each leg in one pair.
 
     Parameters
     ----------
     middles : (k, 2)
-        Middles of the legs, m.
+        Axes of the legs, m.
     rules
-        How far apart a pair may stand.
+        Their ``apart`` says how far apart a pair may stand.
 
     Returns
     -------
     (p, 2)
-        Rows of ``middles``, the closest pair first.
+        Indices of rows of ``middles``, the closest pair first.
 
     Raises
     ------
@@ -239,20 +249,22 @@ def detect(
     angles: Float[np.ndarray, " n"],
     rules: LegRules = LegRules(),
 ) -> Gaussian:
-    r"""Return where a scan shows pairs of legs.
+    r"""Return the positions of people in a scan: the middles of pairs of legs.
+
+    Each has the covariance
 
     .. math:: C = \operatorname{diag}\left(\sigma_r^2,\, \arctan^2(s / r)\right)
 
-    The variance of the distance is the same everywhere; that of the direction grows towards the
-    robot, where a step to the side of length s turns the line of sight more.
+    The variance of the distance is the same everywhere. That of the direction grows as the distance
+    shrinks, because a step of length s to the side turns the line of sight more.
 
-    Parameters and errors are those of `segments`.
+    Parameters and exceptions are those of `segments`.
 
     Returns
     -------
     Gaussian
-        Positions :math:`(r, \varphi)` half-way between the legs, a batch of as many as there are
-        pairs, in the frame of the laser; none is an empty batch.
+        Positions :math:`(r, \varphi)` in the frame of the laser, m and rad: a batch with one entry
+        for each pair, empty if there is none.
 
     References
     ----------
@@ -266,7 +278,7 @@ def detect(
 
 
 def _scan(ranges: np.ndarray, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return checked readings and their directions."""
+    """Return checked readings and their checked directions."""
     ranges = checks.array("ranges", ranges, ("n",), finite=False)
     angles = checks.array("angles", angles, ranges.shape, f"ranges {ranges.shape}")
     check_readings("ranges", ranges)
@@ -275,13 +287,14 @@ def _scan(ranges: np.ndarray, angles: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 
 def _cut(ranges: np.ndarray, ring: bool, jump: float) -> np.ndarray:
+    """Return the first and last readings of segments; in a ring the last is next to the first."""
     there = np.flatnonzero(np.isfinite(ranges))
     if not there.size:
         return np.zeros((0, 2), dtype=np.int64)
     apart = (np.diff(there) > 1) | (np.abs(np.diff(ranges[there])) > jump)
     spans = np.stack([there[np.r_[True, apart]], there[np.r_[apart, True]]], axis=-1)
     across = ring and np.isfinite(ranges[[0, -1]]).all() and abs(ranges[-1] - ranges[0]) <= jump
-    if across and len(spans) == 1:  # nothing ends: it begins, as good as anywhere, at the farthest
+    if across and len(spans) == 1:  # one closed segment: let it begin at the farthest
         first = int(np.argmax(ranges))
         return np.array([[first, (first - 1) % len(ranges)]])
     if across:

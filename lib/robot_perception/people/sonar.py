@@ -1,7 +1,8 @@
-r"""People in one round of a ring of sonars: whatever is near may be one.
+r"""People in one round of readings of a ring of sonars: every near object may be a person.
 
-A cone of 15° tells no leg from a wall. All readings below two metres are hypotheses; neighbours
-that may have met the same person are one, and a map may rule some out.
+A cone of 15° cannot tell a leg from a wall. So each reading below two metres is a hypothesis of a
+person. Neighbouring readings that may come from the same person are merged, and a map, if there is
+one, rules out readings of what it knows.
 """
 
 from collections.abc import Callable
@@ -16,21 +17,22 @@ from robot_perception.people._readings import check_readings
 from robot_perception.people.detections import polar
 
 Occupied = Callable[[Float[np.ndarray, "n 2"]], Bool[np.ndarray, " n"]]
+"""Function of points in the robot's frame that tells which lie on something that the map knows."""
 
 
 @dataclass(frozen=True, slots=True)
 class SonarRules:
-    """Rules for the readings of a sonar. But for the 2 m, the values are our choice.
+    """Rules for sonar readings. The paper gives the value of ``reach``; the others are our choice.
 
     Parameters
     ----------
     reach
-        Longer readings are left out: the paper's 2 m, from the sensor.
+        Readings from this distance on are left out, m from the sensor.
     widest
-        How far apart the readings of one person may lie, m. What is wider is no person by itself,
-        and each of its readings remains a hypothesis.
+        Largest distance between two readings of one person, m. A wider group of neighbours is not
+        merged: each of its readings remains a hypothesis.
     depth
-        How far the middle of a person lies behind what the sound meets, m.
+        Distance from the surface that reflects the sound to the middle of the person, m.
     range_sigma
         Standard deviation of a person's distance, m.
     bearing_sigma
@@ -65,32 +67,34 @@ def detect(
     rules: SonarRules = SonarRules(),
     occupied: Occupied | None = None,
 ) -> Gaussian:
-    r"""Return where a round of readings leaves room for people.
+    r"""Return the positions at which people may stand, from one round of readings.
 
     Parameters
     ----------
     ranges : (n,)
         Readings, m; infinite where nothing came back.
     angles : (n,)
-        Where each sensor sits on the ring and looks, rising over less than a turn, rad.
+        Direction of each sensor, in which it sits on the ring and looks, rad; rising over less than
+        a turn.
     ring_radius
         Distance of the sensors from the middle of the robot, m.
     rules
-        What a reading means.
+        Rules for the readings.
     occupied
-        Function of points (m, 2) in the frame of the robot that tells which lie on something that
-        the map knows. These readings are left out, and so are people who stand close to it.
+        Function of points (m, 2) in the frame of the robot, m, that tells which lie on something
+        that the map knows. Readings there are left out, so a person close to a wall is missed.
 
     Returns
     -------
     Gaussian
-        Positions :math:`(r, \varphi)`, a batch of as many as there are hypotheses.
+        Positions :math:`(r, \varphi)` about the robot, m and rad: a batch with one entry for each
+        hypothesis.
 
     Raises
     ------
     ValueError
         If the shapes disagree, there is no sensor, a reading is NaN or not positive, the angles do
-        not rise or span a turn, the radius is negative, or ``occupied`` returns another shape.
+        not rise or they span a turn, the radius is negative, or ``occupied`` returns another shape.
 
     References
     ----------
@@ -118,12 +122,15 @@ def detect(
 
 
 def _groups(near: np.ndarray, points: np.ndarray, widest: float) -> list[list[int]]:
-    """Return which readings belong together: chains of neighbours round the ring."""
+    """Return the groups of near readings: chains of neighbours that lie close to each other.
+
+    A chain whose ends are more than ``widest`` apart is split into single readings.
+    """
     count = len(near)
-    linked = near & np.roll(near, -1)  # with the next sensor, the last with the first
+    linked = near & np.roll(near, -1)  # to the next sensor; the last is next to the first
     linked &= np.hypot(*(np.roll(points, -1, axis=0) - points).T) <= widest
     starts = np.flatnonzero(near & ~np.roll(linked, 1))
-    if not starts.size:  # nothing near, or all round
+    if not starts.size:  # no reading is near, or the chain goes all round
         return [[k] for k in np.flatnonzero(near).tolist()]
     groups = []
     for start in starts.tolist():

@@ -1,10 +1,11 @@
-r"""Speakers in what a few microphones hear: a direction each, and no distance.
+r"""Directions of speakers from the signals of a few microphones (GCC-PHAT, SRP-PHAT).
 
-A wave from the direction :math:`\varphi` passes the microphones one after the other. Each frequency
-at which the window is louder than the robot by itself says by its phases how late each of them is,
-and all such frequencies have one vote, however loud (the phase transform). The directions on which
-most of them agree are those of speakers. Two microphones, and any number in a line, cannot tell a
-direction from its mirror image; then both are reported.
+A wave from the direction :math:`\varphi` reaches the microphones one after the other. At each
+frequency, the phases of the signals tell by how much one is later than another. Frequencies at
+which the signals are louder than the background, the noise of the robot itself, have one vote each,
+however loud they are (the phase transform). The directions on which most votes agree are those of
+speakers. The distance remains unknown. Two microphones, or several in a line, cannot tell a
+direction from its mirror image; then both are returned.
 """
 
 from dataclasses import dataclass
@@ -20,10 +21,10 @@ from robot_perception.people._bearings import DISTANCE, RANGE_SIGMA, bearings
 
 _DIRECTIONS = wrap_angle(2 * np.pi / 180 * np.arange(180))
 _FINER = 8  # lags for each sample
-_ALIKE = 35 / 18  # bins that share the noise of one: 1 + 2 (4/9 + 1/36) with a Hann window
-_SILENT = 1e-300  # a spectrum below it has no digits for a phase
-_ANYWHERE = np.pi / np.sqrt(3)  # deviation of a direction of which nothing is known, rad
-_TOUCHING = 1e-3  # microphones nearer to each other are in one place, m
+_ALIKE = 35 / 18  # ν, sum of squared correlations of bins under a Hann window: 1 + 2 (4/9 + 1/36)
+_SILENT = 1e-300  # a spectrum below it has too few digits for a phase
+_ANYWHERE = np.pi / np.sqrt(3)  # standard deviation of a uniform direction, rad
+_TOUCHING = 1e-3  # microphones closer together are taken to be in one place, m
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,30 +34,32 @@ class SoundRules:
     Parameters
     ----------
     band
-        Frequencies that are looked at, Hz.
+        Lowest and highest frequency that may vote, Hz.
     louder
-        How many times the power of the background a frequency must have to vote.
+        A frequency votes if its power is more than this many times that of the background.
     voiced
-        Share of the band that must vote; with less, nobody speaks.
+        Share of the band's frequencies that must vote; with fewer, nobody speaks.
     least
-        Least response of a speaker's direction: the share of votes that agree on it.
+        Least response of a speaker's direction: the mean agreement of the votes with it, 1 if all
+        agree.
     beside
-        Least response of a further speaker, as a share of the strongest's: somebody near, or higher
-        than the microphones, does not respond everywhere as a wave from afar would.
+        Least response of a further speaker, as a share of the strongest one. It keeps remains of
+        the strongest speaker from being taken for another: a mouth that is near, or higher than the
+        microphones, does not respond exactly as the plane wave that is subtracted.
     most
-        Speakers looked for in one window.
+        Largest number of speakers in one window.
     apart
-        Directions nearer than that to a found one are its own, rad.
+        Least angle between two speakers, rad.
     bearing_sigma
-        Standard deviation of a direction beside that of its peak, rad: a mouth is not above the
-        middle of the body, and people move.
+        Standard deviation of a direction in addition to that of the peak, rad: a mouth is not above
+        the middle of the body, and people move. The squares are added.
     elevation
-        How far above or below the microphones a mouth is seen, rad; sound from there arrives
-        within less time, as if from a direction more across a line of microphones.
+        Elevation of a mouth as seen from the microphones, up or down, rad. Sound from there has
+        smaller lags, as if it came from a direction more across a line of microphones.
     speed
-        Of sound, m/s.
+        Speed of sound, m/s.
     distance, range_sigma
-        Mean and standard deviation of the distance that is claimed of everybody, m.
+        Mean and standard deviation of the distance of every speaker, which is not measured, m.
 
     Raises
     ------
@@ -97,18 +100,18 @@ class SoundRules:
 def arrivals(
     places: Float[np.ndarray, "m 2"], directions: Float[np.ndarray, " d"], speed: float = 343.0
 ) -> Float[np.ndarray, "d m"]:
-    r"""Return when a wave from far away passes each microphone, against the robot's middle, s.
+    r"""Return when a plane wave reaches each microphone, relative to the robot's middle, s.
 
     .. math:: t_m(\varphi) = -\frac{x_m \cos\varphi + y_m \sin\varphi}{c}
 
     Parameters
     ----------
     places : (m, 2)
-        Of the microphones, ahead and left of the middle, m.
+        Positions :math:`(x_m, y_m)` of the microphones, ahead and left of the robot's middle, m.
     directions : (d,)
-        Where the wave comes from, rad.
+        Directions :math:`\varphi` from which the wave comes, rad.
     speed
-        :math:`c`, m/s.
+        Speed of sound :math:`c`, m/s.
 
     Raises
     ------
@@ -122,24 +125,24 @@ def arrivals(
 
 
 def background(recordings: Float[np.ndarray, "w m n"]) -> Float[np.ndarray, " f"]:
-    r"""Return the power at each frequency of what is heard while nobody speaks.
+    r"""Return the power of the background at each frequency, while nobody speaks.
 
     .. math:: N(f) = \frac{1}{w m} \sum_{i,j} \lvert X_{ij}(f) \rvert^2
 
     Parameters
     ----------
     recordings : (w, m, n)
-        Windows of that, as long as those of `detect`.
+        Windows i of the microphones j without speech, as long as the signals of `detect`.
 
     Returns
     -------
     (n // 2 + 1,)
-        Mean square of the spectra :math:`X`, under a Hann window.
+        :math:`N(f)`, the mean squared size of the spectra :math:`X_{ij}` under a Hann window.
 
     Raises
     ------
     ValueError
-        If there is none, or one is not finite.
+        If there is no sample, or one is not finite.
     """
     recordings = checks.array("recordings", recordings, ("w", "m", "n"))
     if not recordings.size:
@@ -150,29 +153,31 @@ def background(recordings: Float[np.ndarray, "w m n"]) -> Float[np.ndarray, " f"
 def gcc_phat(
     signals: Float[np.ndarray, "m n"], counted: Bool[np.ndarray, " f"]
 ) -> Float[np.ndarray, "p l"]:
-    r"""Return the correlation of all pairs of signals after the phase transform.
+    r"""Return the cross-correlation of each pair of signals with phase transform (GCC-PHAT).
 
-    .. math:: R_{ab}(\tau) = \frac{1}{|F|} \sum_{f \in F} \operatorname{Re}
-        \frac{X_a(f) X_b^*(f)}{\lvert X_a(f) X_b^*(f) \rvert} e^{j 2 \pi f \tau}
+    .. math:: R_{ab}(\tau) = \frac{1}{|F|} \sum_{f \in F} \operatorname{Re} \left(
+        \frac{X_a(f) X_b^*(f)}{\lvert X_a(f) X_b^*(f) \rvert} e^{j 2 \pi f \tau} \right)
 
     Parameters
     ----------
     signals : (m, n)
-        Whatever their unit.
+        Signals of the microphones in any unit.
     counted : (n // 2 + 1,)
-        Which frequencies :math:`F` have a vote; the first and, for an even n, the last have no
-        phase and must not be among them.
+        Which frequencies belong to the set :math:`F` of those that vote. The first one and, for an
+        even n, the last one have no phase and must not be among them.
 
     Returns
     -------
     (m (m - 1) / 2, 8 n)
-        By pairs (0, 1), (0, 2) … and by lags, eight to a sample from 0 on and round the end: where
-        signal a is late, the lag is positive. 1 where all votes agree.
+        A row for each pair (a, b): (0, 1), (0, 2) … A column for each lag :math:`\tau`, eight to a
+        sample: from 0 up, then the negative lags up to 0, as in an FFT. A lag is positive where
+        signal a is later than b. A value is 1 where all votes agree.
 
     Raises
     ------
     ValueError
-        If the shapes disagree, there are no two signals, one is not finite, or nothing is counted.
+        If the shapes disagree, there are fewer than two signals, one is not finite, or no frequency
+        is counted.
 
     References
     ----------
@@ -197,47 +202,49 @@ def detect(
     background: Float[np.ndarray, " f"],
     rules: SoundRules = SoundRules(),
 ) -> Gaussian:
-    r"""Return in which directions people seem to speak.
+    r"""Return the directions of speakers in one window.
 
-    The response of a direction is the mean correlation of all pairs at the lags of its wave; the
-    best direction is taken, what a single wave from there would respond everywhere is subtracted,
-    and so on.
+    The response :math:`P` of a direction is the mean correlation of all pairs at the lags of a wave
+    from there (SRP-PHAT). The direction with the largest response is taken. The response to a
+    single plane wave from there is subtracted, and the search is repeated.
 
     .. math:: P(\varphi) = \overline{R_{ab}\bigl(t_a(\varphi) - t_b(\varphi)\bigr)}, \qquad
         \sigma_\varphi^2 = \frac{\nu \sum_f s_f^2 + e^2}{\bigl(\sum_f h_f\bigr)^2} + \sigma_0^2
 
-    with the slopes :math:`s_f` and the negative curvatures :math:`h_f` of the votes of each
-    frequency at the peak: the variance of an estimate that makes the sum of slopes vanish, whatever
-    the errors of the phases are. Under a Hann window :math:`\nu = 35/18` frequencies share one
-    error. By :math:`e` the sum of slopes changes if the sound comes from the rules' elevation, and
-    :math:`\sigma_0` is the rules' ``bearing_sigma``.
+    Here :math:`s_f` is the derivative by :math:`\varphi` of the votes of frequency f at the peak,
+    and :math:`-h_f` the second derivative. At the peak the sum of the :math:`s_f` is zero, and the
+    first term is the sandwich estimate of its variance, which holds whatever the errors of the
+    phases are. Neighbouring frequencies share errors because of the Hann window, hence
+    :math:`\nu = 35/18`. If the sound comes from the elevation of the rules, the sum of the
+    :math:`s_f` changes by :math:`e`. :math:`\sigma_0` is ``bearing_sigma`` of the rules.
 
     Parameters
     ----------
     signals : (m, n)
-        Of the microphones, at the same times, whatever their unit.
+        Signals of the microphones, sampled at the same times, in any unit.
     places : (m, 2)
-        Of the microphones, ahead and left of the robot's middle, m.
+        Positions of the microphones, ahead and left of the robot's middle, m.
     rate
-        Samples in a second, Hz.
+        Sampling rate, Hz.
     background : (n // 2 + 1,)
-        What is heard while nobody speaks, see `background`.
+        Power at each frequency while nobody speaks, from the function `background`.
     rules
-        What counts as a speaker.
+        Rules for a speaker.
 
     Returns
     -------
     Gaussian
-        Positions :math:`(r, \varphi)`, the strongest first: a mean and a variance of the distance
-        that say nothing, and the direction with its variance. If the microphones stand in a line,
-        each direction is followed by its mirror image. None where nobody speaks.
+        Positions :math:`(r, \varphi)`, the strongest speaker first, an empty batch if nobody
+        speaks. The distance and its variance are those of the rules; only the direction is
+        measured. If the microphones stand in a line, each direction is followed by its mirror
+        image.
 
     Raises
     ------
     ValueError
-        If the shapes disagree, there are no two microphones or two in one place, a number is not
-        finite, the rate is not positive or less than twice the band, the background is negative, or
-        the signals are too short to have a frequency in the band.
+        If the shapes disagree, there are fewer than two microphones or two in one place, a number
+        is not finite, the rate is not positive or not more than twice the band's upper end, the
+        background is negative, or the signals are too short to have a frequency in the band.
 
     References
     ----------
@@ -279,7 +286,7 @@ def _check_apart(places: np.ndarray) -> None:
 
 
 def _in_band(rate: float, size: int, rules: SoundRules) -> Bool[np.ndarray, " f"]:
-    """Tell which frequencies of a window are looked at."""
+    """Tell which frequencies of a window lie in the band."""
     low, high = rules.band
     if not rate > 2 * high:
         raise ValueError(f"rate must be more than twice the band's {high:g} Hz, got {rate:g}")
@@ -291,13 +298,13 @@ def _in_band(rate: float, size: int, rules: SoundRules) -> Bool[np.ndarray, " f"
 
 
 def _spectra(signals: np.ndarray) -> np.ndarray:
-    """Return spectra under a Hann window."""
+    """Return the spectra of signals under a Hann window."""
     size = signals.shape[-1]
     return rfft(signals * np.sin(np.pi * np.arange(size) / size) ** 2)
 
 
 def _votes(spectra: Complex[np.ndarray, "m f"]) -> Complex[np.ndarray, "p f"]:
-    """Return the phases of all pairs as numbers of size 1, or 0 where one is silent."""
+    """Return the phase difference of each pair, as a number of size 1 or 0 where one is silent."""
     size = np.abs(spectra)
     heard = size >= _SILENT
     phases = np.where(heard, spectra, 0.0) / np.where(heard, size, 1.0)
@@ -306,23 +313,27 @@ def _votes(spectra: Complex[np.ndarray, "m f"]) -> Complex[np.ndarray, "p f"]:
 
 
 def _correlate(votes: np.ndarray, counted: np.ndarray, size: int) -> np.ndarray:
-    """Return the mean of votes turned by each lag."""
+    """Return the mean of the votes at each lag, by an inverse FFT; see `gcc_phat`."""
     spectra = np.zeros((len(votes), _FINER * size // 2 + 1), dtype=complex)
     spectra[:, : len(counted)][:, counted] = votes
     return irfft(spectra, n=_FINER * size) * (_FINER * size / 2 / np.count_nonzero(counted))
 
 
 def _at(correlations: np.ndarray, lags: np.ndarray) -> np.ndarray:
-    """Return correlations (p, l) at lags (…, p) in samples, between those that are there."""
+    """Return correlations (p, l) at lags (…, p) in samples, by linear interpolation."""
     whole = np.floor(lags * _FINER)
     first, count = whole.astype(int), correlations.shape[1]
-    share, pairs = lags * _FINER - whole, np.arange(len(correlations))  # one may serve for all
+    share, pairs = lags * _FINER - whole, np.arange(len(correlations))
     low, high = correlations[pairs, first % count], correlations[pairs, (first + 1) % count]
     return low + share * (high - low)
 
 
 def _lags(steps: np.ndarray, phi: np.ndarray) -> np.ndarray:
-    """Return by how much the first of each pair is late (d, p); steps are places in samples."""
+    """Return how much later the wave reaches the first of each pair, in samples (d, p).
+
+    ``steps`` are the places of the microphones, in units of the distance that sound travels in one
+    sample.
+    """
     a, b = np.triu_indices(len(steps), 1)
     late = arrivals(steps, phi, 1.0)
     return late[:, a] - late[:, b]
@@ -344,7 +355,7 @@ def _peaks(
         if not free[k] or response[k] < least:
             break
         before, here, after = response[[k - 1, k, (k + 1) % len(_DIRECTIONS)]]
-        if here < max(before, after):  # the slope of a direction that is taken
+        if here < max(before, after):  # no peak, but the slope of one that is taken
             free[k] = False
             continue
         bend = before - 2 * here + after
@@ -360,11 +371,14 @@ def _peaks(
 def _sigma(
     votes: np.ndarray, turns: np.ndarray, steps: np.ndarray, phi: float, elevation: float
 ) -> float:
-    """Return the standard deviation of the direction of a peak; turns are rad for each sample."""
+    """Return the standard deviation of the direction of a peak; see `detect`.
+
+    ``turns`` are the frequencies, rad for each sample, ``steps`` as in `_lags`.
+    """
     a, b = np.triu_indices(len(steps), 1)
     x, y = (steps[a] - steps[b]).T
     lags = -(x * np.cos(phi) + y * np.sin(phi))[:, None] * turns  # (p, f), rad
-    pull = (x * np.sin(phi) - y * np.cos(phi))[:, None] * turns  # their derivative
+    pull = (x * np.sin(phi) - y * np.cos(phi))[:, None] * turns  # their derivatives by φ
     agreed = votes * np.exp(1j * lags)
     slopes, bend = (pull * agreed.imag).sum(axis=0), float((pull**2 * agreed.real).sum())
     shorter = (1 - np.cos(elevation)) * float((pull * lags * agreed.real).sum())
@@ -375,7 +389,7 @@ def _sigma(
 def _with_mirrors(
     places: np.ndarray, phi: np.ndarray, sigma: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return directions with their mirror images behind them, if the microphones are in a line."""
+    """Return directions, each followed by its mirror image if the microphones are in a line."""
     _, sizes, axes = np.linalg.svd(places - places.mean(axis=0))
     if sizes[-1] > _TOUCHING:
         return phi, sigma

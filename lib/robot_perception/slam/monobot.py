@@ -1,8 +1,8 @@
-r"""The monobot: a robot on a line that measures its distance to n landmarks.
+r"""The monobot: a robot on a line that measures its distance to n landmarks, SLAM in 1-D.
 
 The state is :math:`x = (r, f_1, …, f_n)`, vehicle first, in metres. Step 0 is the first
-measurement, which puts the landmarks into the map; every later step first moves (predict), then
-measures (update).
+measurement, which puts the landmarks into the map. In every later step the vehicle moves (predict)
+and then measures (update).
 
 References
 ----------
@@ -30,7 +30,7 @@ SINGULAR = (
 
 
 def sensor_matrix(landmarks: int) -> Float[np.ndarray, "n states"]:
-    r"""Return the measurement matrix: distance is landmark minus vehicle.
+    r"""Return the measurement matrix: a distance is the landmark's position minus the vehicle's.
 
     .. math:: H = [-\mathbf 1 \mid I]
 
@@ -53,7 +53,7 @@ def sensor_matrix(landmarks: int) -> Float[np.ndarray, "n states"]:
 
 
 def motion(command: float, motion_variance: float, landmarks: int) -> Motion:
-    r"""Return one motion: the vehicle moves, the landmarks stay.
+    r"""Return the motion model of one step: the vehicle moves, the landmarks stay.
 
     .. math:: F = I, \qquad b = (u, 0, …, 0), \qquad Q = \operatorname{diag}(V, 0, …, 0)
 
@@ -91,22 +91,22 @@ def first_measurement(
         P = \begin{bmatrix} P_r & P_r \mathbf 1^\top \\ P_r \mathbf 1 & P_r \mathbf{11}^\top + W
         \end{bmatrix}
 
-    A landmark inherits the whole error of the vehicle that saw it. Without the off-diagonal blocks
-    the filter would take one error for two.
+    A landmark inherits the whole error of the vehicle that measured it. Without the off-diagonal
+    blocks, the filter would take this common error for independent ones.
 
     Parameters
     ----------
     start
-        Belief in the vehicle alone, one state, m.
+        Belief about the vehicle alone, one state, m.
     measurement : (…, n)
-        First distances, m.
+        Measured distances z, m.
     measurement_variance : (…, n) or number
-        Their variances, m².
+        Their variances, the diagonal of W, m².
 
     Returns
     -------
     Gaussian
-        Belief in vehicle and landmarks, n + 1 states.
+        Belief about vehicle and landmarks, n + 1 states.
 
     Raises
     ------
@@ -131,6 +131,7 @@ def first_measurement(
 
 
 def _sign(name: str, value: object) -> int:
+    """Return a sign, or raise ``ValueError``."""
     sign = checks.whole(name, value)
     if sign not in (-1, 1):
         raise ValueError(f"{name} must be -1 (anchor) or 1 (external sensor), got {sign}")
@@ -138,6 +139,7 @@ def _sign(name: str, value: object) -> int:
 
 
 def _variance_or_variances(name: str, value: VarianceLike) -> VarianceLike:
+    """Return a variance as a number, several as an array; raise ``ValueError`` if one is < 0."""
     variance = _variances(name, value)
     return variance if variance.ndim else float(variance)
 
@@ -154,9 +156,9 @@ class Reference:
     values : (runs, steps)
         :math:`z^{(0)}` after each move, m.
     variance : number, (steps,) or (runs, steps)
-        Its noise, m².
+        Variance of its noise :math:`w^{(0)}`, m².
     position
-        :math:`a`, m, where the filter believes anchor or sensor to stand.
+        :math:`a`, m: where the filter takes the anchor or sensor to be.
 
     Raises
     ------
@@ -195,11 +197,11 @@ class Reference:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class MonobotRun:
-    """Estimates of the filter, step by step, in a batch of runs.
+    """Estimates of the filter at all steps of a batch of runs.
 
-    Covariances do not depend on the data. If the noise is the same for all runs they are stored
-    once: their leading axis is 1 and broadcasts against the runs. A measurement has m = n rows, or
-    m = n + 1 with a reference, whose row comes first.
+    Covariances do not depend on the data. If the noise is the same for all runs, they are stored
+    once: their leading axis is 1 and broadcasts against the runs. A measurement has m = n numbers,
+    or m = n + 1 with a reference, which comes first.
 
     Parameters
     ----------
@@ -208,11 +210,11 @@ class MonobotRun:
     covs : (runs or 1, steps + 1, n + 1, n + 1)
         Their covariances, m².
     innovations : (runs, steps, m)
-        Measured minus expected distances, m.
+        Measured minus predicted distances, m.
     innovation_covs : (runs or 1, steps, m, m)
-        :math:`S`, eq. (8).
+        Their covariances :math:`S`, eq. (8), m².
     gains : (runs or 1, steps, n + 1, m)
-        :math:`K`, eq. (7).
+        Kalman gains :math:`K`, eq. (7).
     """
 
     means: Float[np.ndarray, "runs measurements states"]
@@ -237,21 +239,21 @@ def run_filter(
 ) -> MonobotRun:
     """Run the filter over many runs at once, by compiled loops.
 
-    The same numbers as :func:`run_filter_stepwise`, which is the one to read.
+    It returns the same numbers as :func:`run_filter_stepwise`, which is slower and easier to read.
 
     Parameters
     ----------
     start
-        Belief in the vehicle before the first measurement, one state; a leading axis of runs is
+        Belief about the vehicle before the first measurement, one state; a leading axis of runs is
         allowed.
     commands : (steps,)
         Commanded displacements, m.
     measurements : (runs, steps + 1, n)
         Measured distances, m; the first of each run puts the landmarks into the map.
     motion_variance : number, (steps,) or (runs, steps)
-        Plant noise, m².
+        Variance V of the motion noise (plant noise), m².
     measurement_variance : number, (steps + 1, n) or (runs, steps + 1, n)
-        Measurement noise, m².
+        Variance W of the measurement noise, m².
 
     Raises
     ------
@@ -281,9 +283,9 @@ def run_filter_stepwise(
     motion_variance: VarianceLike,
     measurement_variance: VarianceLike,
 ) -> MonobotRun:
-    """Run the filter over many runs at once, step by step in the words of the paper.
+    """Run the filter over many runs at once, with one `kalman.predict` and `update` per step.
 
-    Parameters, returns and errors are those of :func:`run_filter`.
+    Parameters, result and exceptions are those of :func:`run_filter`.
     """
     start, commands, z, V, W = _checked(
         start, commands, measurements, motion_variance, measurement_variance
@@ -304,25 +306,25 @@ def run_referenced(
 ) -> MonobotRun:
     """Run the filter over many runs at once, with an anchor or an external sensor after each move.
 
-    The first measurement is that of :func:`run_filter`: all maps begin with the same landmarks, and
-    the reference speaks from the first move on.
+    The first measurement is that of :func:`run_filter`, so that all maps begin alike. The reference
+    measures from the first move on.
 
     Parameters
     ----------
     start, commands, measurements, motion_variance, measurement_variance
         As in :func:`run_filter`.
     reference
-        What else is measured after each move.
+        Anchor or external sensor, with its measurements.
 
     Returns
     -------
     MonobotRun
-        With n + 1 innovations a step, that of the reference first.
+        Run with n + 1 innovations a step, that of the reference first.
 
     Raises
     ------
     ValueError
-        As :func:`run_filter`, or if the reference is of other runs or steps.
+        As :func:`run_filter`, or if the reference has another number of runs or steps.
 
     References
     ----------
@@ -354,7 +356,7 @@ def _stepwise(
     noise: np.ndarray,
     measurements: np.ndarray,
 ) -> MonobotRun:
-    """Move and measure, step by step, from the belief after the first measurement."""
+    """Predict and update, step by step, from the belief after the first measurement."""
     n = belief.mean.shape[-1] - 1
     vehicle = np.eye(n + 1)[0]
     beliefs, infos = [belief], []
@@ -379,18 +381,21 @@ def _stepwise(
 
 @dataclass(frozen=True, slots=True)
 class Settled:
-    """Closed forms of the steady state for constant noise, landmarks by the first measurement.
+    r"""Steady state of the filter for constant noise, in closed form; see `settled`.
+
+    The landmarks are put into the map by the first measurement.
 
     Parameters
     ----------
     common_variance
-        :math:`a`, predicted variance of the common relative mode (sum of the distances over
-        the root of n), m²; one landmark and V = W = 1 m² give the golden ratio.
+        :math:`a`, predicted variance of the common mode of the relative state (sum of all distances
+        over :math:`\sqrt n`), m²; one landmark and V = W = 1 m² give the golden ratio.
     information_rate
-        Growth of the first entry of eq. (14) per step, 1/m².
+        :math:`\dot J_{11}`, growth of the first entry of eq. (14) per step, 1/m².
     landmark_variance, vehicle_variance
-        Variances after infinitely many measurements, m². With several landmarks all of them share
-        one error, so this is also the covariance of any two.
+        :math:`P_f` and :math:`P_r`, limits of the variances after infinitely many measurements, m².
+        In the limit all landmarks share one error, so :math:`P_f` is also the covariance of any
+        two.
     pole
         Factor by which the gain on the common innovation shrinks at every step.
     """
@@ -405,7 +410,7 @@ class Settled:
 def settled(
     landmarks: int, *, start_variance: float, motion_variance: float, measurement_variance: float
 ) -> Settled:
-    r"""Return where the filter settles, in closed form.
+    r"""Return the steady state of the filter for constant noise, in closed form.
 
     .. math::
         a = \tfrac12 \Big(nV + \sqrt{n^2V^2 + 4nVW}\Big), \qquad
@@ -413,10 +418,12 @@ def settled(
         P_f = P_0 + \frac{W}{n} \frac{a}{a + W}, \qquad
         P_r = P_f + \frac{1}{n} \frac{aW}{a + W}
 
+    and the pole is :math:`W / (a + W)`.
+
     Parameters
     ----------
     landmarks
-        n, at least 1.
+        Number n of landmarks, at least 1.
     start_variance, motion_variance, measurement_variance
         :math:`P_0 \ge 0`, :math:`V > 0`, :math:`W > 0`, m².
 
@@ -443,14 +450,16 @@ def settled(
 def relative_system(
     landmarks: int, *, motion_variance: float, measurement_variance: float
 ) -> tuple[Motion, Sensor]:
-    r"""Return the system of the distances :math:`d_i = f_i - r`, which is observable.
+    r"""Return the system of the distances :math:`d_i = f_i - r` alone, which is observable.
 
     .. math:: d_{k+1} = d_k - (u + v)\,\mathbf 1, \qquad z = d + w
+
+    The motion is returned for the command :math:`u = 0`.
 
     Parameters
     ----------
     landmarks
-        n, at least 1.
+        Number n of landmarks, at least 1.
     motion_variance, measurement_variance
         V and W, m².
 
@@ -466,19 +475,20 @@ def relative_system(
 
 
 def _counted(landmarks: int, name: str = "landmarks", most: int | None = MOST_LANDMARKS) -> int:
-    """Return the number of landmarks, or raise ``ValueError`` if there is none."""
+    """Return the number of landmarks, or raise ``ValueError`` if there are none or too many."""
     if checks.whole(name, landmarks) < 1:
         raise ValueError(f"{name}: a monobot needs at least 1 landmark, got {landmarks}")
-    return checks.whole(name, landmarks, 1, most)  # matrices have their square of entries
+    return checks.whole(name, landmarks, 1, most)  # matrices have the square of this many entries
 
 
 def _check_start(start: Gaussian) -> None:
+    """Raise unless the belief at the start is about the vehicle alone."""
     if checks.instance("start", start, Gaussian).mean.shape[-1] != 1:
         raise ValueError(f"start must be a belief in 1 state, got {start.mean.shape[-1]}")
 
 
 def _variances(name: str, value: VarianceLike) -> np.ndarray:
-    """Return an array of finite numbers of at least 0, or raise ``ValueError``."""
+    """Return variances as an array of finite numbers of at least 0, or raise ``ValueError``."""
     value = checks.array(name, value)
     if value.size and value.min() < 0:
         raise ValueError(f"{name} must not be negative, got {value.min():.3g}")
@@ -492,7 +502,7 @@ def _checked(
     V: VarianceLike,
     W: VarianceLike,
 ) -> tuple[Gaussian, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return the arguments of a run with a leading axis of runs (or of 1) on each."""
+    """Return the checked arguments of a batch; all but commands get an axis of runs (or 1)."""
     z = checks.array("measurements", measurements, ("runs", "steps + 1", "n"))
     runs, n = z.shape[0], _counted(z.shape[2], "measurements")
     steps = z.shape[1] - 1

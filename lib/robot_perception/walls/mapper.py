@@ -1,7 +1,7 @@
-"""Mapper of walls, one scan at a time.
+"""Mapper of walls, one scan at a time, from known poses.
 
-A user who has readings and the pose at which they were taken needs one object: it extracts the
-segments of a scan, brings them into the frame of the world and merges them into the map.
+`WallMapper` does all that a user with scans and poses needs: it extracts the segments of a scan,
+transforms them into the frame of the world, and merges them into the map.
 """
 
 from dataclasses import dataclass, field
@@ -29,9 +29,9 @@ class WallInfo:
     Parameters
     ----------
     segments
-        Its segments in the frame of the world.
+        Segments of the scan in the frame of the world.
     report
-        What became of its readings.
+        Counts of the readings of the scan, by how they were used.
     """
 
     segments: Segments
@@ -40,25 +40,25 @@ class WallInfo:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class WallMapper:
-    """Takes scans, one by one, to a map of walls; the poses are known, up to a covariance.
+    """Builds a map of walls scan by scan, from known poses.
 
     Parameters
     ----------
     angles
         Directions of the beams, strictly increasing, rad.
     extraction
-        What is taken for a wall in one scan.
+        Rules for the segments of one scan.
     gate
-        Search range for walls already in the map.
+        Gate between a segment and the walls of the map.
     pose_cov
-        Covariance of every pose; none if they are known exactly.
+        Covariance of every pose; ``None`` if poses are known exactly.
 
     Examples
     --------
     >>> mapper = WallMapper(np.linspace(-1.5, 1.5, 151))
     >>> state, info = mapper.step(mapper.start(), 2.0 / np.cos(mapper.angles), np.zeros(3))
     >>> state.ends.round(1).tolist()
-    [[[2.0, -28.2], [2.0, 28.2]]]
+    [[[2.0, -13.2], [2.0, 13.2]]]
     """
 
     angles: Annotated[Float[np.ndarray, " beams"], lambda name, value: check_turn(value)]
@@ -79,22 +79,22 @@ class WallMapper:
         Parameters
         ----------
         state
-            The map so far; it is left alone.
+            Map before the scan; it does not change.
         ranges
             Readings, m; infinite where nothing came back.
         pose
-            Where the scanner stood (x, y, φ), m and rad.
+            Pose (x, y, φ) of the scanner, m and rad.
 
         Returns
         -------
         state, info
-            The new map, in which `WallMap.seen_in` tells hypotheses from what further scans have
-            confirmed; and what the scan gave.
+            The new map, and diagnostics of the scan. A wall of one scan alone is a hypothesis;
+            `WallMap.seen_in` selects the walls that several scans confirm.
 
         Raises
         ------
         ValueError
-            If there is not a reading for each beam, or the pose is not three finite numbers.
+            If there is not one reading for each beam, or the pose is not three finite numbers.
         """
         instance("state", state, WallMap)
         segments, report = extract_segments(ranges, self.angles, self.extraction)
@@ -111,33 +111,33 @@ def build_map(
     *,
     pose_cov: Float[np.ndarray, "3 3"] | None = None,
 ) -> tuple[WallMap, ScanReport]:
-    """Build the wall map of a drive with known poses; `WallMapper` does so scan by scan.
+    """Return the map of walls of a whole drive with known poses; see `WallMapper`.
 
     Parameters
     ----------
     ranges
         Readings of each scan, m; infinite where nothing came back.
     angles
-        Directions of the beams, rad.
+        Directions of the beams, strictly increasing, rad.
     poses
         Pose of the scanner at each scan, m and rad.
     extraction
-        What is taken for a wall in one scan.
+        Rules for the segments of one scan.
     gate
-        Search range for walls already in the map.
+        Gate between a segment and the walls of the map.
     pose_cov
-        Covariance of every pose; none if they are known exactly.
+        Covariance of every pose; ``None`` if poses are known exactly.
 
     Returns
     -------
     walls, report
-        The map, and what became of all readings.
+        The map, and counts of all readings, by how they were used.
 
     Raises
     ------
     ValueError
-        If there is no scan, the numbers of scans and poses differ, one of these is not as it should
-        be, or the covariance is none.
+        If there is no scan, the numbers of scans and poses differ, a scan has not one reading for
+        each beam, a pose is not three finite numbers, or ``pose_cov`` is not a covariance.
     """
     ranges, poses = reals("ranges", ranges), array("poses", poses, ("scans", 3))
     mapper = WallMapper(angles, extraction, gate, pose_cov)

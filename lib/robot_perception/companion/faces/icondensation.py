@@ -1,17 +1,22 @@
-r"""A face followed by particles that a detector steers: importance sampling, ICONDENSATION.
+r"""Particle filter of a face with importance sampling from a face detector (ICONDENSATION).
 
-The state is the middle of a face and its side, :math:`x = [u, v, s]^\top`. It moves by a random
-walk, and with a small probability to anywhere:
+The state is the centre of the face and the side of its box, :math:`x = [u, v, s]^\top`. It moves by
+a random walk and, with a small probability ρ, jumps to anywhere in the picture. The predicted
+density, from the particles :math:`x_j` and weights :math:`\pi_j` of the picture before, is
 
 .. math:: f(x) = (1 - \rho) \sum_j \pi_j\, \mathcal N(x; x_j, \Sigma_j) + \rho\, U(x)
 
-Where a detector finds faces they say where to look, by
-:math:`g(x) = \tfrac1n \sum_d \mathcal N(x; d, \Sigma_d)`. A share α of the particles is drawn from
-g, the others from f, and each is weighed as a draw of the mixture,
+The detections d of the new picture, n of them, give a second density, the importance function
+
+.. math:: g(x) = \frac 1 n \sum_d \mathcal N(x; d, \Sigma_d)
+
+All normal densities are of u, v and log s. A share α of the new particles is drawn from g, the
+others from f. Each is weighted as a draw from the mixture of the two:
 
 .. math:: \pi \propto p(z \mid x)\, \frac{f(x)}{\alpha\, g(x) + (1 - \alpha) f(x)}
 
-so that the detections say where to look, and not what to believe. With α = 0 it is condensation.
+So the detections decide where particles are placed, but the posterior remains that of the prior f
+and the likelihood :math:`p(z \mid x)`. With α = 0 it is CONDENSATION.
 """
 
 from dataclasses import dataclass, field
@@ -40,18 +45,18 @@ with needing():
 __all__ = ["FaceFilter", "FaceFilterInfo", "FaceFilterRules", "FaceFilterState"]
 
 PATCHES = np.array([[-0.28, -0.30, 0.56, 0.66], [-0.25, -0.66, 0.50, 0.22]])
-"""Face and hair: left, top, width and height in sides of the face's box, from its middle."""
+"""Patches of face and hair: left, top, width and height, from the centre, in units of the side."""
 _TURN = np.linspace(0, 2 * np.pi, 24, endpoint=False)
 ELLIPSE = np.stack([0.44 * np.cos(_TURN), 0.06 + 0.58 * np.sin(_TURN)], axis=1)
-"""Points of the outline of a head, in the same unit."""
+"""Points of the outline of a head, from the centre, in units of the side."""
 TOGETHER = 1_000_000
-"""Pairs of particles whose densities are held in memory at a time."""
+"""Most pairs of a particle and a component of a mixture whose densities are computed at a time."""
 
 Image = UInt8[np.ndarray, "height width 3"]
 
 
 def _part(name: str, value: Any) -> float:
-    """Return a share that is less than the whole."""
+    """Return a share below 1."""
     found = checks.share(name, value)
     if not found < 1:
         raise ValueError(f"{name} must be below 1, got {checks.shown(value)}")
@@ -59,7 +64,7 @@ def _part(name: str, value: Any) -> float:
 
 
 def _sides(name: str, value: Any) -> tuple[float, float]:
-    """Return two positive numbers of which the second is the larger."""
+    """Return two positive numbers that rise."""
     low, high = checks.vector(name, value, 2).tolist()
     if not 0 < low < high:
         raise ValueError(f"{name} must rise from above 0, got {low:g} and {high:g}")
@@ -69,28 +74,29 @@ def _sides(name: str, value: Any) -> tuple[float, float]:
 @final
 @dataclass(frozen=True, slots=True)
 class FaceFilterRules:
-    """Numbers of the filter; the papers name none for faces, all are ours.
+    """Parameters of the filter. The papers give no values for faces: all are our choice.
 
     Parameters
     ----------
     particles
-        How many.
+        Number of particles.
     move, grow
-        Standard deviations of the walk in a picture: of the middle in sides of the face, and of the
-        logarithm of the side.
+        Standard deviations of the random walk from one picture to the next: of the centre, in
+        units of the side, and of the logarithm of the side.
     anywhere
         ρ, the probability of a jump to anywhere.
     steered
-        α, the share of the particles that detections place; 0 for plain condensation.
+        α, the share of the particles that is drawn around detections; 0 for plain CONDENSATION.
     place_sigma, side_sigma
-        Of a face round a detection: of its middle in sides, and of the logarithm of its side.
+        Standard deviations of a face around a detection: of the centre, in units of the side, and
+        of the logarithm of the side.
     colour_sigma, shape_sigma
-        Of the mean squared distance of the patches' colours, and of the outline's distance to
-        edges, px.
+        Standard deviations of the likelihood: of the Bhattacharyya distance of the patches'
+        colours, and of the distance of the outline to edges, px.
     sides
         Smallest and largest side of a face, px.
     bins
-        Of the histograms.
+        Number of bins of a colour histogram.
     """
 
     particles: Annotated[int, from_to(2, 10**6)] = 150
@@ -115,9 +121,9 @@ class FaceFilterState:
     Parameters
     ----------
     particles
-        States (m, 3): u, v, s, px.
+        States (m, 3) with their weights: u, v, s, px.
     reference : (2, 3, bins)
-        Colours of face and hair.
+        Reference histograms of face and hair, one for each channel.
     """
 
     particles: ParticleSet
@@ -129,7 +135,7 @@ class FaceFilterState:
 
     @property
     def box(self) -> Float[np.ndarray, " 4"]:
-        """The box of the mean state: left, top, width and height, px."""
+        """Box of the mean state: left, top, width and height, px."""
         u, v, side = self.particles.mean
         return np.array([u - side / 2, v - side / 2, side, side])
 
@@ -142,11 +148,11 @@ class FaceFilterInfo:
     Parameters
     ----------
     steered
-        How many particles were placed by detections.
+        Number of particles that were drawn around detections.
     effective
-        Effective number of all of them.
+        Effective number of particles.
     log_evidence
-        Logarithm of the mean weight.
+        Logarithm of the mean weight before normalisation.
     """
 
     steered: int
@@ -157,20 +163,20 @@ class FaceFilterInfo:
 @final
 @dataclass(frozen=True, eq=False, slots=True)
 class FaceFilter:
-    """Follows a face by colour and outline, steered by detections.
+    """Tracks a face by colour and outline, steered by detections.
 
     Parameters
     ----------
     rules
-        Numbers.
+        Parameters of the filter.
 
     References
     ----------
-    Section III: "importance sampling offers a mathematically principled way of directing search
-    according to the face detector output". Isard and Blake, "ICONDENSATION: unifying low-level and
-    high-level tracking in a stochastic framework", ECCV 1998, weigh a particle from g by f / g; the
-    weight by the mixture (Veach and Guibas 1995) has the same mean and is bounded by 1 / (1 - α).
-    Jumps to anywhere take the place of their reinitialisation.
+    Menezes et al., section III: "importance sampling offers a mathematically principled way of
+    directing search according to the face detector output". Isard and Blake, "ICONDENSATION:
+    unifying low-level and high-level tracking in a stochastic framework", ECCV 1998, weight a
+    particle from g by f / g. The weight by the mixture (Veach and Guibas 1995) has the same
+    expectation, and it is bounded by 1 / (1 - α). Jumps to anywhere replace their reinitialisation.
     """
 
     rules: FaceFilterRules = field(default_factory=FaceFilterRules)
@@ -179,26 +185,37 @@ class FaceFilter:
     def start(
         self, image: Image, box: Float[np.ndarray, " 4"], *, rng: np.random.Generator
     ) -> FaceFilterState:
-        """Return what is known after a picture in which the face is told.
+        """Return the state at a first picture in which the box of the face is given.
+
+        Particles are spread by one step of the random walk; the colours become the reference.
+
+        Parameters
+        ----------
+        image : (height, width, 3)
+            Red, green, blue.
+        box : (4,)
+            Left, top, width and height of the face, px.
+        rng
+            Source of the draws.
 
         Raises
         ------
         TypeError, ValueError
-            As `patch_histograms`; also if the box has no area, or nothing of the face lies in the
+            As `patch_histograms`; also if the box has no area, or no part of the face lies in the
             picture.
         """
         checks.generator("rng", rng)
         left, top, side, high = check_box("box", box)
         at = np.array([left + side / 2, top + high / 2, side])
         reference = self._colours(image, at[None])[0]
-        if not reference[0].any():  # nothing of the face; the hair may be above the picture
+        if not reference[0].any():  # the face lies outside; hair may lie above the picture
             size = image.shape[1::-1]
             raise ValueError(f"box must reach into the picture of {size} px, got {box}")
         states = self._walked(np.tile(at, (self.rules.particles, 1)), rng)
         return FaceFilterState(ParticleSet.uniform(states), reference)
 
     def sees(self, image: Image, box: Float[np.ndarray, " 4"]) -> bool:
-        """Tell whether something of a face in a box lies in the picture; hair does not count.
+        """Tell whether some part of the face in a box lies in the picture; hair does not count.
 
         Raises
         ------
@@ -217,16 +234,17 @@ class FaceFilter:
         *,
         rng: np.random.Generator,
     ) -> tuple[FaceFilterState, FaceFilterInfo]:
-        """Return what is known after a picture.
+        """Return the state after the next picture: resample, predict, draw from detections, update.
 
         Parameters
         ----------
         state
-            Before it.
+            State after the picture before.
         image : (height, width, 3)
             Red, green, blue.
         boxes : (n, 4)
-            What a detector finds; none is as good as plain condensation.
+            Faces that a detector finds in this picture: left, top, width and height, px. Without
+            any, the step is one of plain CONDENSATION.
         rng
             Source of the draws.
 
@@ -267,7 +285,14 @@ class FaceFilter:
         states: Float[np.ndarray, "m 3"],
         reference: Float[np.ndarray, "p 3 bins"],
     ) -> Float[np.ndarray, " m"]:
-        """Return the logarithm of the likelihood of colour and outline, up to a constant."""
+        r"""Return the log-likelihood of states by colour and outline, up to a constant.
+
+        .. math:: \log p(z \mid x) = -\frac{\overline{B^2}}{2 \sigma_c^2}
+            - \frac{e^2}{2 \sigma_s^2}
+
+        with the Bhattacharyya distances B of the histograms of patches and channels to the
+        reference, and the root mean squared distance e of the outline to edges, px.
+        """
         rules = self.rules
         states = checks.array("states", states, ("m", 3))
         squared = bhattacharyya(self._colours(image, states), reference) ** 2
@@ -278,22 +303,26 @@ class FaceFilter:
         )
 
     def _colours(self, image: np.ndarray, states: np.ndarray) -> np.ndarray:
+        """Return the histograms of face and hair at many states (m, 2, 3, bins)."""
         points = patch_points(_framed(states), PATCHES)
         return patch_histograms(colour_picture("image", image), points, bins=self.rules.bins)[0]
 
     def _walked(self, states: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """Return states after a step of the random walk, sides kept within their range."""
         rules, noise = self.rules, rng.standard_normal(states.shape)
         side = states[:, 2:]
         grown = np.clip(side * np.exp(rules.grow * noise[:, 2:]), *rules.sides)
         return np.hstack([states[:, :2] + rules.move * side * noise[:, :2], grown])
 
     def _anywhere(self, count: int, size: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """Draw states from U: uniform in u, v over the picture and in log s."""
         low, high = np.log(self.rules.sides)
         return np.hstack(
             [rng.uniform(0, size, (count, 2)), np.exp(rng.uniform(low, high, (count, 1)))]
         )
 
     def _near(self, boxes: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
+        """Draw states from g, around detections."""
         chosen = boxes[rng.integers(len(boxes), size=count)]
         rules, noise = self.rules, rng.standard_normal((count, 3))
         side = chosen[:, 2:3]
@@ -301,7 +330,7 @@ class FaceFilter:
         return np.hstack([middle, side * np.exp(rules.side_sigma * noise[:, 2:])])
 
     def _prior(self, states: np.ndarray, before: ParticleSet, size: np.ndarray) -> np.ndarray:
-        """Return f of many states, a density of u, v and log s."""
+        """Return f at many states, a density of u, v and log s."""
         rules = self.rules
         low, high = np.log(rules.sides)
         sides = np.log(states[:, 2])
@@ -312,21 +341,25 @@ class FaceFilter:
         return (1 - rules.anywhere) * walk + rules.anywhere * jump
 
     def _proposal(self, states: np.ndarray, boxes: np.ndarray) -> np.ndarray:
-        """Return g of many states."""
+        """Return g at many states, a density of u, v and log s."""
         middles = np.hstack([boxes[:, :2] + boxes[:, 2:] / 2, boxes[:, 2:3]])
         even = np.full(len(boxes), 1 / len(boxes))
         return _mixture(states, middles, even, self.rules.place_sigma, self.rules.side_sigma)
 
 
 def _framed(states: np.ndarray) -> np.ndarray:
-    """Return states x, y, θ, s of upright faces."""
+    """Return states (x, y, θ, s) of upright faces: θ is 0."""
     return np.column_stack([states[:, :2], np.zeros(len(states)), states[:, 2]])
 
 
 def _mixture(
     states: np.ndarray, middles: np.ndarray, weights: np.ndarray, place: float, side: float
 ) -> np.ndarray:
-    """Return a mixture of normal densities of u, v and log s at many states, some at a time."""
+    """Return a mixture of normal densities of u, v and log s at many states, in chunks.
+
+    A component's centre is a row of ``middles`` (u, v, s). Its standard deviations are ``place``
+    times the component's side for u and v, and ``side`` for log s.
+    """
     some = max(TOGETHER // len(middles), 1)
     parts = (states[k : k + some] for k in range(0, len(states), some))
     return np.concatenate([_densities(part, middles, weights, place, side) for part in parts])
@@ -335,6 +368,7 @@ def _mixture(
 def _densities(
     states: np.ndarray, middles: np.ndarray, weights: np.ndarray, place: float, side: float
 ) -> np.ndarray:
+    """Return the mixture at the states of one chunk."""
     spread = place * middles[:, 2]
     away = ((states[:, None, :2] - middles[None, :, :2]) ** 2).sum(axis=-1) / spread**2
     away += (np.log(states[:, None, 2] / middles[None, :, 2]) / side) ** 2

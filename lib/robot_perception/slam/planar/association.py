@@ -1,4 +1,4 @@
-"""Data association inside the filter."""
+"""Data association inside the filter: which landmark each observation without a name is of."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -14,8 +14,6 @@ from robot_perception.slam.planar.sensors import LandmarkSensor
 from robot_perception.slam.planar.workspace import SINGULAR, Workspace
 
 IGNORED, NEW = -1, -2  # in place of an identifier
-
-
 KINDS = ("known", "gated", "joint")
 
 
@@ -26,28 +24,36 @@ class Association:
     Parameters
     ----------
     kind
-        ``"known"``: each observation says which landmark it is of; one that does not is ignored.
-        ``"gated"``: each without a name belongs to the nearest landmark inside a gate.
-        ``"joint"``: to those without a name belongs the largest set of landmarks that fits all
-        together; see :func:`~robot_perception.gating.joint_compatibility`.
+        ``"known"``: each observation names its landmark; one without a name is ignored.
+        ``"gated"``: an observation without a name is of the nearest landmark inside its gate; the
+        nearest pair of all is taken first, and each landmark once. ``"joint"``: of the pairs inside
+        their gates, the largest set that is jointly compatible is taken; see
+        :func:`~robot_perception.gating.joint_compatibility`. In both, a landmark that another
+        observation of the step names is not available.
     level
-        Probability that a right pair passes its gate, and a right set the joint one; 1, no gate,
-        only where names are known. If left out, 1 for ``"known"`` and otherwise 0.99.
+        Probability that a correct pair passes its gate, and that a correct set passes the joint
+        one. If left out, 0.99; 1 for ``"known"``, which means no gate and is allowed there only.
     outer
-        The same for the outer gate, 0.9999 if left out. An observation without a name that is
-        outside the outer gates of all landmarks is of a new one; one between the gates is ignored.
-        Known names have none.
+        The same probability for the outer gate, 0.9999 if left out; ``"known"`` has no outer gate.
+        An observation without a name that is outside the outer gates of all landmarks starts a new
+        landmark. One inside an outer gate that is not matched is ignored.
     patience
-        Of a gate for known names: so many observations of one landmark are rejected in a row at
-        most, and the next is used. A misread name is rarely misread again, while a filter that is
-        wrong and sure of itself rejects right observations for ever. ``None``: the gate never
-        gives in.
+        For ``"known"`` with a gate: after this many rejections of one landmark in a row, its next
+        observation is used. Misread names rarely repeat, but an overconfident filter would reject
+        correct observations for ever. ``None``: the gate never gives in.
+
+    Attributes
+    ----------
+    limit, outer_limit
+        Largest squared Mahalanobis distance inside the two gates: the quantile of χ² with two
+        degrees of freedom at ``level`` and ``outer``; infinite where there is no gate.
 
     Raises
     ------
     ValueError
-        If the kind is none of these, unless 0 < level <= outer < 1, or 0 < level <= 1 where names
-        are known, or if there is patience without known names and a gate, or less than 1.
+        If the kind is not one of these, 0 < level <= outer < 1 does not hold (for ``"known"``:
+        0 < level <= 1, and no outer gate), or patience is below 1 or given without known names and
+        a gate.
     """
 
     kind: Literal["known", "gated", "joint"] = "known"
@@ -89,7 +95,27 @@ def associate(
     anchors: Mapping[int, tuple[float, float]],
     association: Association,
 ) -> np.ndarray:
-    """Return for each observation an identifier, ``IGNORED`` or ``NEW``; named ones keep theirs.
+    r"""Return for each observation an identifier, ``IGNORED`` or ``NEW``; named ones keep theirs.
+
+    A pair of observation i and landmark j is inside a gate if its squared Mahalanobis distance is
+    at most the gate's limit:
+
+    .. math:: d_{ij}^2 = (z_i - h_j)^\top S_{ij}^{-1} (z_i - h_j)
+
+    Parameters
+    ----------
+    work
+        Current belief of the filter.
+    observations
+        Observations of this step, of two numbers each.
+    noises : (m, 2, 2) or (1, 2, 2)
+        Their covariances, or one for all.
+    sensor
+        Sensor that made them.
+    anchors : identifier -> (2,)
+        Landmarks whose position is known, m; they can be matched, too.
+    association
+        Rules, ``"gated"`` or ``"joint"``.
 
     Raises
     ------

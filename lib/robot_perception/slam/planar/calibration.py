@@ -1,7 +1,7 @@
-"""Calibration of a robot by ground truth: its wheels, its camera, and which landmark it saw.
+"""Calibration of a recorded robot by ground truth: its wheels, its camera, its landmark names.
 
-Motion capture or the corrected poses of a recording stand for the truth; nothing here is for a
-filter to call.
+The ground truth is motion capture, or the corrected poses of a recording. A filter must not call
+these functions, because it does not know the truth.
 """
 
 from collections.abc import Iterable, Mapping
@@ -21,11 +21,12 @@ from robot_perception.slam.planar.runs import Step
 from robot_perception.streams import Merged, hold, merge
 
 GAP = 0.5
-"""Longest gap of the ground truth that is bridged, s."""
+"""Longest gap of the ground truth that is interpolated, s."""
 WINDOW = 2.0
-"""Time over which wheels are compared with the truth, and lag of the correlations, s."""
+"""Length of the intervals over which wheels and truth are compared, and lag of the correlations of
+sighting errors, s."""
 MISREAD = 0.1
-"""A bearing that is wrong by more, rad, is of another landmark than the one named."""
+"""Largest bearing error of a right sighting, rad; a larger one means another landmark."""
 BLIND = (
     "observed, names, values and places must give right sightings where truth is known, of one "
     f"landmark {WINDOW:g} s apart, too"
@@ -34,37 +35,46 @@ BLIND = (
 
 @runtime_checkable
 class GroundTruth(Protocol):
-    """True path of a robot, as `datasets.Track` has it."""
+    """Interface of a true path of a robot; `datasets.Track` has it."""
 
     times: np.ndarray
 
     def at(self, times: np.ndarray, *, longest_gap: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return poses (k, 3), NaN where they are not known, and which are known."""
+        """Return the poses (k, 3) at given times, NaN where unknown, and which are known (k,)."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Calibration:
-    """Calibration of the sensors of one robot, or of several together.
+    r"""Calibration of the sensors of one robot, or of several together.
 
-    Pairs are of way and turn, or of range (m) and bearing (rad).
+    The wheels are modelled by
+
+    .. math:: d = s_1 d_0 - c\, |\alpha_0| + v_1, \qquad \alpha = s_2 \alpha_0 + v_2
+
+    with the logged distance :math:`d_0` (m) and turn :math:`\alpha_0` (rad), the true ones
+    :math:`d` and :math:`\alpha`, the scales :math:`s`, the drag :math:`c` and noise :math:`v`.
 
     Parameters
     ----------
     delay
-        From a command to its motion, s.
-    scale, drag
-        A motion is ``scale`` times the logged one less ``drag`` for each radian logged (m/rad: who
-        turns goes slower than the log says).
-    density
-        Variance of the rest per second, m²/s, rad²/s.
-    bias, sigma
-        Median error of the camera, and standard deviation of its right sightings.
-    persistence
-        Correlation of two errors on one landmark, `WINDOW` seconds apart.
+        Time from a command to its motion, s.
+    scale : (2,)
+        :math:`s_1, s_2`, of distance and turn.
+    drag
+        :math:`c`, m/rad: how much shorter than logged the distance is for each radian of turn.
+    density : (2,)
+        Variance of the noise :math:`v` per second, m²/s and rad²/s.
+    bias : (2,)
+        Median error of range (m) and bearing (rad) of all sightings.
+    sigma : (2,)
+        Standard deviation of the errors of right sightings, m and rad.
+    persistence : (2,)
+        Correlation of two errors on one landmark that are `WINDOW` seconds apart, of range and of
+        bearing.
     interval
-        Mean time between images while there are any, s.
+        Mean time from one image to the next, s; pauses of `WINDOW` and more are left out.
     misread
-        Sightings whose landmark cannot be the one named.
+        Number of sightings whose bearing shows that another landmark was seen than the one named.
     """
 
     delay: float
@@ -80,10 +90,12 @@ class Calibration:
 
     @property
     def inflation(self) -> Float[np.ndarray, "2"]:
-        r"""Factor by which lasting errors say less than fresh ones.
+        r"""Factor by which correlation between images inflates the variance of a mean error (2,).
 
-        If the correlation of errors falls by the factor ρ from image to image, the mean of many of
-        them has the variance of one, over their number, times :math:`(1 + \rho) / (1 - \rho)`.
+        .. math:: \operatorname{var} \bar e \approx \frac{\sigma^2}{n}\, \frac{1 + \rho}{1 - \rho}
+
+        for the mean of n errors whose correlation falls by the factor ρ from image to image. A
+        filter that takes errors for independent may multiply their variance by this factor.
         """
         rho = np.maximum(self.persistence, 0.0) ** (self.interval / WINDOW)
         return (1 + rho) / (1 - rho)
@@ -104,22 +116,28 @@ def calibrate(
 
     Parameters
     ----------
-    times, velocities
-        When commands were given, s, and speed (m/s) and turn rate (rad/s) held from then on.
-    observed, names, values
-        When landmarks were seen, s, which, and at what range (m) and bearing (rad).
+    times : (commands,)
+        Times of the commands, s, not falling.
+    velocities : (commands, 2)
+        Speed (m/s) and turn rate (rad/s), held until the next command.
+    observed : (sightings,)
+        Times at which landmarks were seen, s; they must not fall, which is not checked.
+    names : (sightings,)
+        Identifiers of these landmarks.
+    values : (sightings, 2)
+        Their measured range (m) and bearing (rad).
     places : identifier -> (2,)
-        Where they are, m.
+        True positions of the landmarks, m.
     truth
-        Where the robot was.
-    delays
-        From command to motion, s; the one that explains turns best is taken.
+        True path of the robot.
+    delays : (delays,)
+        Times from a command to its motion to try, s; the one that explains the turns best is taken.
 
     Raises
     ------
     ValueError
-        If shapes disagree, a number is not finite, times fall, a landmark has no place, or too
-        little of the log is known to the truth.
+        If shapes disagree, a number is not finite, the times of commands fall, a landmark has no
+        place, or the truth covers too little of the log.
     """
     times = checks.array("times", times, ("commands",))
     velocities = checks.array("velocities", velocities, (times.size, 2), f"times {times.shape}")
@@ -154,7 +172,8 @@ def sighting_errors(
 ) -> Float[np.ndarray, "sightings 2"]:
     """Return the errors of ranges (m) and bearings (rad), NaN where the truth is not known.
 
-    Parameters and errors are those of :func:`calibrate`.
+    An error is the measured value less the true one. Parameters and exceptions are those of
+    :func:`calibrate`.
     """
     observed, names, values = _sightings(observed, names, values)
     places = checked_places("place", places)
@@ -172,18 +191,23 @@ def sighting_errors(
 def is_right(
     errors: Float[np.ndarray, "sightings 2"], bias: Float[np.ndarray, "2"]
 ) -> Bool[np.ndarray, " sightings"]:
-    """Tell which landmarks can be the ones named; of those that nobody checked, none."""
+    """Tell which sightings can be of the landmark they name: bearing error within `MISREAD`.
+
+    The error is taken relative to the bias. A sighting whose error is NaN is not right.
+    """
     errors = checks.array("errors", errors, ("sightings", 2), finite=False)
     return np.abs(errors[:, 1] - checks.vector("bias", bias, 2)[1]) <= MISREAD
 
 
 def pooled(calibrations: Iterable[Calibration]) -> Calibration:
-    """Return the mean calibration of several robots; biases are a robot's own and stay out.
+    """Return the mean calibration of several robots, with a bias of 0: each robot has its own.
+
+    Variances are averaged, and misread sightings are added up.
 
     Raises
     ------
     ValueError
-        If there is none.
+        If there is no calibration.
     """
     given = checks.instances("calibrations", calibrations, Calibration)
     if not given:
@@ -205,10 +229,11 @@ def make_steps(
     *,
     pause: float = 0.0,
 ) -> tuple[tuple[Step, ...], Merged]:
-    """Return the steps of a calibrated robot's log, for the filter, and how it was merged.
+    """Return the steps of a robot's log for the filter, motions corrected, and the merged log.
 
-    There is one for each image at least ``pause`` seconds after the last; their times count from
-    the first motion. The log is as in :func:`calibrate`, errors are those of `streams.merge`.
+    There is one step for each image; images less than ``pause`` seconds after the last used one are
+    skipped. Times count from the first motion. The log is as in :func:`calibrate`, the exceptions
+    are those of `streams.merge`. The bias of the camera is not subtracted.
     """
     delay = checks.instance("sensors", sensors, Calibration).delay
     velocities = checks.array("velocities", velocities, ("commands", 2))
@@ -226,10 +251,18 @@ def make_steps(
 def calibrate_odometry(
     odometry: Float[np.ndarray, "k 3"], poses: Float[np.ndarray, "k 3"]
 ) -> list[Odometry]:
-    """Return the motions between poses after what a constant calibration can do for them.
+    """Return the odometry between poses, corrected by a constant calibration.
 
-    A heading drift per metre and an offset of each step are fitted to the true poses (m, m, rad);
-    the noise is the variance of what is left.
+    Two things are fitted to the true poses: a constant offset of each step, ahead and to the side,
+    and a drift of the heading in proportion to the length of the step. The noise is the variance of
+    the remaining errors.
+
+    Parameters
+    ----------
+    odometry : (k, 3)
+        Poses by the wheels, m, m, rad.
+    poses : (k, 3)
+        True poses at the same times.
 
     Raises
     ------
@@ -253,16 +286,19 @@ def calibrate_odometry(
 def name_landmarks(
     poses: Float[np.ndarray, "k 3"], seen: Iterable[Observations], within: float
 ) -> list[Int[np.ndarray, " _"]]:
-    """Name points by where they lie in the frame of given poses; a pose sees each name once.
+    """Return a name for each observed point, by its position in the world: near points share it.
+
+    A point takes the name of the nearest landmark so far, or a new name if none is near. From one
+    pose each name is given once.
 
     Parameters
     ----------
     poses : (k, 3)
-        m, m, rad.
+        Known poses of the robot in the world, m, m, rad.
     seen
-        Points in the frame of each pose, m.
+        Observed points in the robot's frame, one `Observations` for each pose, m.
     within
-        Distance from the mean of its earlier sightings at which a point is the same, m.
+        Largest distance of a point from the mean of a landmark's earlier points, m.
 
     Raises
     ------
@@ -276,9 +312,9 @@ def name_landmarks(
     names = []
     for pose, marks in zip(poses, seen, strict=True):
         mine = np.empty(0, dtype=int)
-        for point in act(pose, marks.values):
+        for point in act(pose, marks.values):  # in the world
             apart = np.hypot(*(places - point).T)
-            apart[mine] = np.inf
+            apart[mine] = np.inf  # names that this pose has given already
             near = int(apart.argmin()) if apart.size and apart.min() <= within else len(places)
             if near == len(places):
                 places, counts = np.vstack([places, point]), np.append(counts, 0)
@@ -292,6 +328,7 @@ def name_landmarks(
 def _sightings(
     observed: np.ndarray, names: np.ndarray, values: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return checked times, names and values of sightings."""
     observed = checks.array("observed", observed, ("sightings",))
     beside = f"observed {observed.shape}"
     names = checks.integers("names", names, observed.shape, beside=beside)
@@ -301,7 +338,11 @@ def _sightings(
 def _wheels(
     times: np.ndarray, velocities: np.ndarray, truth: GroundTruth, delay: float
 ) -> tuple[float, np.ndarray, float, np.ndarray]:
-    """Return delay, scale and drag of the wheels, and the variance of the rest per second."""
+    """Return delay, scale and drag of the wheels, and the variance of the noise per second.
+
+    Distance and turn by the log are fitted to those by the truth over intervals of `WINDOW`
+    seconds, by least squares; see `Calibration`.
+    """
     span = checks.instance("truth", truth, GroundTruth).times
     first, last = max(times[0], span[0]), min(times[-1], span[-1] - delay)
     cuts = np.arange(first, last, WINDOW) if abs(last - first) < 1e9 else np.empty(0)
@@ -318,7 +359,7 @@ def _wheels(
     if not turn.any():
         raise ValueError("velocities must turn where truth is known, after each of delays")
     true_turn = wrap_angle(true_turn)
-    true_way = np.hypot(x, y) / np.sinc(true_turn / (2 * np.pi))  # along the arc
+    true_way = np.hypot(x, y) / np.sinc(true_turn / (2 * np.pi))  # chord to arc
     rows = np.stack([way, -bends], axis=1)
     (ahead, drag), *_ = np.linalg.lstsq(rows, true_way)
     around = turn @ true_turn / (turn @ turn)

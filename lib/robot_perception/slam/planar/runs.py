@@ -1,4 +1,4 @@
-"""The planar filter over a whole drive."""
+"""Run of the planar filter over a whole drive: its steps, its settings and its history."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -29,23 +29,21 @@ from studies.files import destination, written
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Step:
-    """One step of a drive: move, then take the fixes, then the observations.
+    """One step of a drive: a motion, then fixes, then observations of landmarks.
 
     Parameters
     ----------
     motion
         The motion since the step before; ``None`` if there was none.
     observations
-        Landmarks seen after the motion, if any.
+        Landmarks observed after the motion, if any.
     fixes
-        Measured positions and headings after the motion.
+        Positions and headings measured after the motion.
     time
-        s; must not decrease along the drive where it is given.
+        Time at the end of the step, s; it must not decrease along the drive. ``None`` if unknown.
 
     Raises
     ------
-    TypeError
-        If the motion, the observations or a fix are of another type.
     ValueError
         If the time is not finite.
     """
@@ -76,13 +74,13 @@ class Truth:
     poses : (k + 1, 3)
         True pose at the start and after each step, m, m, rad.
     landmarks : identifier -> (2,)
-        True places, m.
+        True positions of the landmarks, m.
 
     Raises
     ------
     ValueError
-        If ``poses`` is not (k + 1, 3), a number is not finite, or an identifier is no integer of
-        at least 0.
+        If ``poses`` is not (k + 1, 3), a number is not finite, or an identifier is not an integer
+        of at least 0.
     """
 
     poses: Float[np.ndarray, "poses 3"]
@@ -104,31 +102,35 @@ class Settings:
     Parameters
     ----------
     sensor
-        Sensor of the landmarks.
+        Sensor that observes the landmarks.
     anchors : identifier -> (2,)
-        Landmarks whose place in the world is known, m.
+        Landmarks whose position in the world is known, m.
     association
-        :class:`Association`, or one of ``"known"``, ``"gated"`` and ``"joint"`` for its defaults.
+        Rules of data association; ``"known"``, ``"gated"`` or ``"joint"`` stands for an
+        :class:`Association` of that kind with its defaults.
     linearisation
-        ``"latest"``: Jacobians at the latest estimate, the plain filter. ``"first"``: at the
-        first estimate of each quantity, so that all Jacobians of a run agree on what cannot be
-        observed. :class:`Truth`: at the true states.
+        Where Jacobians are taken. ``"latest"``: at the latest estimate, as in the plain filter.
+        ``"first"``: at the first estimate of each state, so that all Jacobians of a run agree on
+        what is unobservable. :class:`Truth`: at the true states (the ideal filter).
     revision_limit
-        A landmark revised more often than this is retired; ``None`` retires none. The paper: 50.
+        A landmark that was updated more often than this is retired; ``None`` retires none. The
+        paper's limit is 50.
     retirement
-        ``"freeze"``, the paper's rule: the estimate becomes an anchor and its uncertainty is
-        forgotten. ``"consider"``: the estimate stands, its uncertainty and correlations still
-        count (Schmidt's filter).
+        How a landmark is retired. ``"freeze"``, the paper's rule: its estimate becomes an anchor,
+        as if it were known exactly. ``"consider"``: its estimate no longer changes, but its
+        covariance and correlations still count (Schmidt's consider filter).
     keep
-        Numbers of the steps after which the whole belief is kept; each must occur in the drive.
+        Indices of the steps after which the whole belief is stored, from 0; the drive must have
+        all of them.
 
     Raises
     ------
     ValueError
-        If a word is none of these, an anchor is no place in the plane or has no integer of at least
-        0, the limit is no integer of at least 1, or a number of a step is no integer.
+        If a word is not one of those listed, an anchor is not two finite numbers, an identifier is
+        not an integer of at least 0, the limit is not an integer of at least 1, or an index of a
+        step is not an integer.
     TypeError
-        If the sensor is none (a class is none), or anchors, limit or steps are of another type.
+        If the sensor is a class, or lacks a part of :class:`LandmarkSensor`.
     """
 
     sensor: LandmarkSensor
@@ -156,24 +158,25 @@ class Settings:
 
 @dataclass(frozen=True, slots=True)
 class Counts:
-    """Numbers of observations of a run, by what became of them.
+    """Counts of the observations of a run, by how the filter used them.
 
     Parameters
     ----------
     observed
-        All observations; the sum of the next five.
+        All observations: the sum of the next five counts.
     matched
-        Used to revise the map.
+        Observations of landmarks of the map, used for updates.
     anchored
-        Used with an anchor or a frozen landmark.
+        Observations of anchors or frozen landmarks, used for updates.
     new
-        Put a landmark into the map.
+        Observations that put a new landmark into the map.
     rejected
-        Named a landmark but fell outside its gate.
+        Observations that named a landmark but fell outside its gate.
     ignored
-        Without a name and between the gates, or without a name where names were needed.
+        Observations without a name that lie inside an outer gate but match no landmark, or that
+        come where names are required.
     retired
-        Landmarks frozen or no longer corrected (not observations).
+        Landmarks (not observations) that were frozen, or whose estimates are no longer updated.
     """
 
     observed: int
@@ -187,34 +190,38 @@ class Counts:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class History:
-    """History of a run; index 0 of each array is the first step.
+    r"""History of a run of k steps; index 0 of each array is the first step.
 
     Parameters
     ----------
     start : (3,)
         Estimated pose before the first step, m, m, rad.
     times : (k,)
-        When each step was taken, s; NaN where it does not say.
+        Time of each step, s; NaN for a step without a time.
     poses : (k, 3)
         Estimated pose after each step, m, m, rad.
     pose_covs : (k, 3, 3)
+        Covariance of each of these poses.
     nis : (k,)
-        Normalised innovation squared, summed over the updates of each step.
+        Normalised innovation squared :math:`\tilde z^\top S^{-1} \tilde z`, summed over the
+        updates of each step.
     dof : (k,)
-        Numbers measured in each step, the degrees of freedom of ``nis``.
+        Degrees of freedom of ``nis``: how many numbers were measured in each step.
     sizes : (k,)
-        Landmarks in the state after each step.
-    used : (k) of (m,)
-        For each step the identifier each observation was used for (new ones included), -1 if for
-        none.
+        Number of landmarks in the state after each step.
+    used : k arrays (m,)
+        For each step, the identifier of the landmark that each observation was used for (new
+        landmarks included); -1 for an observation that was not used.
     belief
-        After the last step.
+        Belief after the last step.
     frozen : identifier -> (2,)
-        Landmarks that left the state, and where they were then, m.
+        Landmarks that were frozen and left the state, and their last estimated positions, m.
     counts
-    kept : number of step -> belief
-    points : number of step -> (3 + 2n,)
-        The state at which Jacobians were taken after the steps of ``kept``, m, m, rad, then m.
+        How the observations were used.
+    kept : index of a step -> belief
+        Belief after each step of ``Settings.keep``.
+    points : index of a step -> (3 + 2n,)
+        State at which Jacobians were taken after each of these steps, m, m, rad, then m.
     """
 
     start: Float[np.ndarray, "3"]
@@ -234,21 +241,21 @@ class History:
 
     @property
     def path(self) -> Float[np.ndarray, "poses 3"]:
-        """The start and all poses, (k + 1, 3), m, m, rad."""
+        """Estimated poses from the start on, (k + 1, 3), m, m, rad."""
         return np.vstack([self.start, self.poses])
 
     def to_tum(self, path: str | Path, *, overwrite: bool = False) -> None:
-        """Write the trajectory as ``timestamp tx ty tz qx qy qz qw``, a line for each step.
+        """Write the trajectory as ``timestamp tx ty tz qx qy qz qw``, one line for each step.
 
-        That is what trajectory tools read: s and m, the heading as a quaternion about z. The start
-        has no time of its own and is left out.
+        Trajectory tools such as evo read this format: s, m, and the heading as a quaternion about
+        z. The pose at the start has no time and is left out.
 
         Parameters
         ----------
         path
             File to write, in a folder that exists.
         overwrite
-            Whether the file may be there already.
+            Whether a file that exists may be replaced.
 
         Raises
         ------
@@ -257,7 +264,7 @@ class History:
         FileNotFoundError
             If there is no such folder.
         FileExistsError
-            If the file is there and must not be.
+            If the file exists and must not be replaced.
         """
         path = destination(path, overwrite=overwrite)
         x, y, heading = self.poses.T
@@ -268,7 +275,7 @@ class History:
             np.savetxt(beside, columns, fmt="%.9f")
 
     def to_csv(self, path: str | Path, *, overwrite: bool = False) -> None:
-        """Write the trajectory with its covariances as CSV, a line for each step.
+        """Write the trajectory with its covariances as CSV, one line for each step.
 
         The first line names the columns and their units; covariances are those of x, y and heading.
         Parameters and errors are those of :meth:`to_tum`.
@@ -282,6 +289,7 @@ class History:
             np.savetxt(beside, columns, fmt=formats, delimiter=",", header=names, comments="")
 
     def _known_times(self) -> np.ndarray:
+        """Return the times of the steps, or raise ``ValueError`` if a step has none."""
         without = np.flatnonzero(np.isnan(self.times))
         if without.size:
             raise ValueError(
@@ -294,27 +302,28 @@ class History:
 def run_filter(start: MapBelief, steps: Iterable[Step], settings: Settings) -> History:
     """Run the filter over a drive.
 
-    Each step predicts, corrects with the fixes, associates and updates with the observations, and
-    puts new landmarks into the map, in this order. Names that the filter gives to unnamed landmarks
-    are above all names seen so far; an observation that later has such a name is of that landmark.
+    Each step, in this order: predict with the motion, update with the fixes, associate the
+    observations, update with those of known landmarks, and put new landmarks into the map.
+
+    The identifier that the filter gives to an unnamed new landmark is larger than all identifiers
+    so far. A later observation with this identifier is taken as one of that landmark.
 
     Parameters
     ----------
     start
         Belief before the first step.
     steps
-        The drive; read once, so a generator will do.
+        The drive; it is read once, so a generator will do.
     settings
-        How to filter.
+        Settings of the filter.
 
     Raises
     ------
     ValueError
         If there is no step, a step to keep does not occur, time goes backwards, an anchor is also
-        in the map, the covariance of the start is not symmetric, or an update is impossible; the
-        message names the step.
-    TypeError
-        If the start, a step or the settings are of another type.
+        in the map, the covariance of the start is not symmetric, or an update is impossible: an
+        innovation covariance is singular, say, or a landmark lies exactly at the robot. Where one
+        step is at fault, the message names it.
     """
     checks.instance("start", start, MapBelief)
     run = _Run(start, checks.instance("settings", settings, Settings))
@@ -339,28 +348,28 @@ def run_filter(start: MapBelief, steps: Iterable[Step], settings: Settings) -> H
 
 
 class _Run:
-    """A run under way."""
+    """Mutable state of a run: the belief, the linearisation point, and what is recorded so far."""
 
     def __init__(self, start: MapBelief, settings: Settings) -> None:
         self.settings, self.work = settings, Workspace(start)
-        self.anchors = checked_anchors(settings.anchors, start)  # and what gets frozen
+        self.anchors = checked_anchors(settings.anchors, start)  # frozen landmarks join them
         self.frozen: dict[int, np.ndarray] = {}
         self.revisions: dict[int, int] = {}
-        self.rejections: dict[int, int] = {}  # in a row, by landmark
+        self.rejections: dict[int, int] = {}  # how many in a row, by landmark
         self.next_id = max((-1, *self.work.ids, *self.anchors)) + 1
         self.tally = dict.fromkeys(Counts.__dataclass_fields__, 0)
         self.start, self.times = start.pose.copy(), []
         self.poses, self.pose_covs, self.nis, self.dof = [], [], [], []
         self.sizes, self.used, self.kept, self.points = [], [], {}, {}
         self.truth = settings.linearisation if isinstance(settings.linearisation, Truth) else None
-        # where Jacobians are taken if not at the latest estimate: same layout as the state
+        # state at which Jacobians are taken, laid out as the mean; None: at the latest estimate
         self.point = None if settings.linearisation == "latest" else start.mean.copy()
         if self.truth is not None:
             self.point[:3] = self.truth.poses[0]
             self.point[3:] = self._true_places(self.work.ids)
 
     def take(self, k: int, step: Step) -> None:
-        """Take one step."""
+        """Run step k of the filter and record the result."""
         work = self.work
         if step.motion is not None:
             self._predict(k, step.motion)
@@ -384,7 +393,7 @@ class _Run:
             self.points[k] = (work.mean if self.point is None else self.point).copy()
 
     def history(self) -> History:
-        """Return what was recorded."""
+        """Return the record of all steps."""
         return History(
             start=self.start,
             times=np.array(self.times, dtype=float),
@@ -402,6 +411,7 @@ class _Run:
         )
 
     def _predict(self, k: int, motion: PlanarMotion) -> None:
+        """Predict with the motion of step k, linearised as the settings say."""
         if self.point is None:
             self.work.predict(motion)
         elif self.truth is None:
@@ -414,7 +424,7 @@ class _Run:
             self.point[:3] = self.truth.poses[k + 1]
 
     def _see(self, observed: Observations) -> tuple[np.ndarray, float, int]:
-        """Return what each observation was used for, their NIS and degrees of freedom."""
+        """Associate, update and extend the map; return `History.used`, NIS and dof of the step."""
         work, tally, values = self.work, self.tally, observed.values
         noises = checked_noises(observed, self.settings.sensor)
         used = self._associated(observed, noises)
@@ -446,7 +456,11 @@ class _Run:
         noises: np.ndarray,
         used: np.ndarray,
     ) -> tuple[float, list[int]]:
-        """Update with what is in the map or an anchor; return NIS and the observations used."""
+        """Update with observations of the map and of anchors; return NIS and the rows used.
+
+        ``seen`` are the rows of these observations. Rows that the gate for known names rejects
+        are set to ``IGNORED`` in ``used``.
+        """
         work, association = self.work, self.settings.association
         slots, points = work.targets([names[i] for i in seen], self.anchors)
         values, noises = values[seen], _some(noises, seen)
@@ -470,7 +484,7 @@ class _Run:
         return squared, seen
 
     def _passed(self, names: list[int], distances: np.ndarray) -> np.ndarray:
-        """Tell which observations pass the gate of known names, or wear out its patience."""
+        """Tell which observations pass the gate for known names, or are let in by its patience."""
         association = self.settings.association
         passed = distances <= association.limit
         if association.patience is not None:
@@ -480,7 +494,7 @@ class _Run:
         return passed
 
     def _count(self, name: int) -> None:
-        """Note a use of a landmark, and retire it after too many."""
+        """Count an update with a landmark, and retire the landmark at the revision limit."""
         if name in self.anchors:
             self.tally["anchored"] += 1
             return
@@ -490,7 +504,7 @@ class _Run:
             self._retire(name)
 
     def _retire(self, name: int) -> None:
-        """Take a landmark out of the state, or let its estimate stand."""
+        """Freeze a landmark and take it out of the state, or stop updating its estimate."""
         self.tally["retired"] += 1
         if self.settings.retirement == "consider":
             self.work.consider(name)
@@ -504,7 +518,10 @@ class _Run:
     def _add(
         self, new: list[int], values: np.ndarray, noises: np.ndarray, used: np.ndarray
     ) -> None:
-        """Put landmarks into the map."""
+        """Put the landmarks of the observations in rows ``new`` into the map.
+
+        Unnamed ones get the next free identifiers, which are written to ``used``.
+        """
         work = self.work
         self.next_id = max(self.next_id, int(used.max()) + 1)
         for i in new:
@@ -520,6 +537,7 @@ class _Run:
             self.point = np.concatenate([self.point, first])
 
     def _true_places(self, names: Sequence[int]) -> np.ndarray:
+        """Return the true positions of landmarks, flat as in the state."""
         missing = [name for name in names if name not in self.truth.landmarks]
         if missing:
             raise ValueError(f"the truth has no landmarks {missing}")
@@ -527,5 +545,5 @@ class _Run:
 
 
 def _some(noises: np.ndarray, rows: Sequence[int] | np.ndarray) -> np.ndarray:
-    """Return the noises of some observations; one noise for all stays one."""
+    """Return the covariances of some observations; one that all share stays as it is."""
     return noises if len(noises) == 1 else noises[rows]
