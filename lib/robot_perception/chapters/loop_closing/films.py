@@ -31,9 +31,9 @@ def both_maps(maps: Mapping[str, SimpleNamespace]) -> Shown:
         alt="Two maps of one drive grow round a courtyard, side by side, and both bend. When the "
         "robot comes back to the first corridor, the right path jumps home; the left one draws the "
         "corridor a second time beside the first.",
-        caption="The same drive, the same readings (blue) and the same wheels; left names unknown, "
-        "right told which landmark is which. Broad grey: the true floor. Red: the path as it was "
-        "believed on the way; dashed: the true one; magenta: the error now.",
+        caption="The same drive, the same readings (blue) and the same wheels; where names are "
+        "known, the filter is told which landmark is which. Broad grey: the true floor. Red: the "
+        "path as it was believed on the way; dashed: the true one; magenta: the error now.",
     )
 
 
