@@ -32,9 +32,10 @@ ROWS = ("position (m)", "vehicle error (m)", "landmark error (m)", "gain")
     alt="Three columns, four rows. Without a reference the landmark error freezes at a "
     "tenth of a metre inside a wide constant band; with an anchor or a camera band and "
     "error shrink to zero.",
-    caption="Figs 4, 5 and 6 rebuilt: the same world, the same first measurement. Bands: ±2σ as "
-    "the filter states them. Uncoloured: truth; blue: every third measurement alone. With a "
-    "reference the wide bands are gone. The landmark's gain falls to zero all the same.",
+    caption="The paper's Figs 4, 5 and 6 rebuilt: the same world, the same first measurement. "
+    "Bands: ±2σ as the filter states them. Uncoloured: truth; blue: every third measurement "
+    "alone. With a reference the wide bands are gone. The landmark's gain falls to zero all the "
+    "same.",
     rows=4,
     cols=3,
     width=8.0,

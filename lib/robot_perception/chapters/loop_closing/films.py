@@ -70,5 +70,13 @@ def grown(ax: Axes, built: SimpleNamespace, step: int, title: str) -> Axes:
     ax.set_axis_off()
     off = float(np.hypot(*(ends[1] - ends[0])))
     middle = float(np.mean(ax.get_xlim()))
-    label(ax, middle, ax.get_ylim()[1], f"{title}: {off:.1f} m off", MEANING["truth"], ha="center")
+    label(
+        ax,
+        middle,
+        ax.get_ylim()[1],
+        f"{title}: {off:.1f} m off",
+        MEANING["truth"],
+        ha="center",
+        fontsize=12.5,
+    )
     return ax

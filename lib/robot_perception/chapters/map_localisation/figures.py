@@ -95,7 +95,7 @@ def hero(axes: AxesRow, states: Sequence[SimpleNamespace]) -> AxesRow:
     alt="A row of dots on one axis, nearly all below half a metre. A ring marks the start that "
     "is shown.",
     caption="Dots: forty starts in eight other buildings, each by how far the estimate is off "
-    "after sixteen pictures. Ring: the start that is shown.",
+    "after sixteen pictures in the direction of the first drive. Ring: the start that is shown.",
     width=6.4,
     height=1.5,
 )

@@ -176,7 +176,7 @@ def right_by_rules(ax: Axes, table: Table) -> None:
         label(ax, len(values) / 2, middle, text, MEANING[colour], va=va, ha=ha)
     ax.set_xticks(ticks, [*thresholds, "none"])
     ax.set(xlabel="threshold of the descriptors", ylabel="right matches (%)")
-    ax.set(xlim=(-0.3, len(ticks) - 0.7), ylim=(80, 100))
+    ax.set(xlim=(-0.3, len(ticks) - 0.7), ylim=(80, 100), yticks=range(80, 101, 5))
 
 
 @drawn(
