@@ -37,7 +37,7 @@ def cloud(ax: Axes, particles: Float[np.ndarray, "n 3"], colour: str, stroke: fl
     """Draw poses as short strokes in the direction in which they look."""
     ahead = np.stack([np.cos(particles[:, 2]), np.sin(particles[:, 2])], axis=-1)
     ends = np.stack([particles[:, :2], particles[:, :2] + stroke * ahead], axis=1)
-    lines(ax, ends, colour, 1.2, alpha=0.6)
+    lines(ax, ends, colour, 0.5 + 2 * stroke, alpha=0.6)
 
 
 def arrow(ax: Axes, pose: Float[np.ndarray, "3"], colour: str, style: str) -> None:
@@ -57,10 +57,10 @@ def _pictures(state: SimpleNamespace) -> str:
     alt="Three drawings. In the first, a floor plan of a corridor with rooms, short strokes lie "
     "all over the plan and point in all directions. The others enlarge the two frames in it: after "
     "one picture the strokes lie close together, half a metre from the robot, after sixteen on it.",
-    caption="5000 particles before the first picture, after one and after sixteen; the frames in "
-    "the plan are the places that are enlarged. Strokes: 200 of the particles. Square: the robot. "
-    "Ring: the mean of the heaviest cluster, with a dashed stroke while the robot does not count "
-    "as located. Lines: the walls, which the map does not know.",
+    caption="5000 particles before the first picture, after one and after sixteen. The frames in "
+    "the plan, with their numbers of pictures, are enlarged beside it. Strokes: 200 of the "
+    "particles. Square: the robot. Ring: the mean of the heaviest cluster, with a dashed stroke "
+    "while the robot does not count as located. Lines: the walls, which the map does not know.",
     cols=3,
     width=8.4,
     height=1.95,
@@ -82,8 +82,8 @@ def hero(axes: AxesRow, states: Sequence[SimpleNamespace]) -> AxesRow:
         corners = np.array([low, (high[0], low[1]), high, (low[0], high[1])])
         frame = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
         lines(whole, frame, MEANING["moved world"], 1.2)
-        inside = corners[3] + [0.3, -0.2]
-        whole.text(*inside, f"{state.seen}", color=MEANING["moved world"], va="top", size=9.0)
+        how = {"ha": "right", "va": "center", "size": 9.0, "color": MEANING["moved world"]}
+        whole.text(low[0] - 0.2, middle[1], f"{state.seen}", **how)
         scale = high - 0.2
         ax.plot([scale[0] - 0.5, scale[0]], [scale[1]] * 2, color=MEANING["truth"], linewidth=2.0)
         ax.text(*scale - [0.25, 0.06], "0.5 m", ha="center", va="top", size=9.0)
