@@ -59,7 +59,7 @@ def _pictures(state: SimpleNamespace) -> str:
     "one picture the strokes lie close together, half a metre from the robot, after sixteen on it.",
     caption="5000 particles before the first picture, after one and after sixteen. The frames in "
     "the plan, with their numbers of pictures, are enlarged in the others. Strokes: 200 of "
-    "the particles. Square: the robot. Ring: the mean of the heaviest cluster, with a dashed stroke "
+    "the particles. Square: the robot. Ring: the mean of the heaviest cluster, its stroke dashed "
     "while the robot does not count as located. Lines: the walls, which the map does not know.",
     cols=3,
     width=8.4,
