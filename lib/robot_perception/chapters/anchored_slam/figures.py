@@ -32,9 +32,10 @@ ROWS = ("position (m)", "vehicle error (m)", "landmark error (m)", "gain")
     alt="Three columns, four rows. Without a reference the landmark error freezes at a "
     "tenth of a metre inside a wide constant band; with an anchor or a camera band and "
     "error shrink to zero.",
-    caption="Figs 4, 5 and 6 rebuilt: the same world, the same first measurement. Bands: ±2σ as "
-    "the filter states them. Uncoloured: truth; blue: every third measurement alone. With a "
-    "reference the wide bands are gone. The landmark's gain falls to zero all the same.",
+    caption="The paper's Figs 4, 5 and 6 rebuilt: the same world, the same first measurement. "
+    "Bands: ±2σ as the filter states them. Uncoloured: truth; blue: every third measurement "
+    "alone. With a reference the wide bands are gone. The landmark's gain falls to zero all the "
+    "same.",
     rows=4,
     cols=3,
     width=8.0,
@@ -62,14 +63,14 @@ def side_by_side(axes: np.ndarray, results: Mapping[str, Runs], run: int) -> np.
     alt="Share of the variance left against measurements, both logarithmic: level at two thirds "
     "without a reference, falling to a hundredth and below with a camera or an anchor, "
     "roughly like one over the number of measurements.",
-    caption="Share of the first error's variance that is left after k measurements, noise of "
-    "Figs 4 to 6. Dashed: 1/k. The anchor's curve is steepest around measurement 20, where the "
-    "robot passes close to the anchor and so measures it best.",
+    caption="Share of the first error's variance that is left after k measurements, in the worlds "
+    "of the paper's Figs 4 to 6. Dashed: 1/k. The anchor's curve is steepest around measurement "
+    "20, where the robot passes close to the anchor and so measures it best.",
     height=3.2,
-    gridspec_kw={"right": 0.86},
+    gridspec_kw={"right": 0.79},
 )
 def remaining(ax: Axes, shares: Mapping[str, np.ndarray]) -> Axes:
-    """Draw the shares of Figs 4, 5 and 6 by name, from the first measurement on, on log scales."""
+    """Draw the shares by reference, from the first measurement on, on log scales."""
     meanings = ("plain", "anchored", "external")
     for (name, share), meaning in zip(shares.items(), meanings, strict=True):
         k = np.arange(1, len(share))
@@ -176,7 +177,7 @@ def claimed_information(ax: Axes, gains: Mapping[str, np.ndarray]) -> Axes:
         ax.semilogy(k, middle, color=colour, linestyle=line)
         label(ax, 0.97 * k[-1], place, name, colour, ha="right")
     ax.minorticks_off()
-    ax.set(xlim=(0, k[-1]), xlabel="steps", ylabel="information / start")
+    ax.set(xlim=(0, k[-1]), xlabel="steps", ylabel="information, over the start's")
     ax.set_ylim(0.3, 3 * top)
     return ax
 

@@ -31,9 +31,9 @@ def both_maps(maps: Mapping[str, SimpleNamespace]) -> Shown:
         alt="Two maps of one drive grow round a courtyard, side by side, and both bend. When the "
         "robot comes back to the first corridor, the right path jumps home; the left one draws the "
         "corridor a second time beside the first.",
-        caption="The same drive, the same readings (blue) and the same wheels; left names unknown, "
-        "right told which landmark is which. Broad grey: the true floor. Red: the path as it was "
-        "believed on the way; dashed: the true one; magenta: the error now.",
+        caption="The same drive, the same readings (blue) and the same wheels; where names are "
+        "known, the filter is told which landmark is which. Broad grey: the true floor. Red: the "
+        "path as it was believed on the way; dashed: the true one; magenta: the error now.",
     )
 
 
@@ -70,5 +70,13 @@ def grown(ax: Axes, built: SimpleNamespace, step: int, title: str) -> Axes:
     ax.set_axis_off()
     off = float(np.hypot(*(ends[1] - ends[0])))
     middle = float(np.mean(ax.get_xlim()))
-    label(ax, middle, ax.get_ylim()[1], f"{title}: {off:.1f} m off", MEANING["truth"], ha="center")
+    label(
+        ax,
+        middle,
+        ax.get_ylim()[1],
+        f"{title}: {off:.1f} m off",
+        MEANING["truth"],
+        ha="center",
+        fontsize=12.5,
+    )
     return ax

@@ -16,13 +16,15 @@ from explorables.media import Shown
 
 FLOOR = np.array([[-0.6, -5.6], [20.7, 7.8]])
 """Corners of the axes around the walls, m."""
+CLOSE = np.array([2.9, 1.83])
+"""Width and height of a close view, m."""
 
 
-def where(ax: Axes, state: SimpleNamespace) -> Axes:
-    """Draw the plan with particles, estimate and truth, on axes cleared first."""
+def where(ax: Axes, state: SimpleNamespace, stroke: float = 0.35) -> Axes:
+    """Draw the plan with particles, estimate and truth, on axes cleared first; strokes in m."""
     ax.clear()
     lines(ax, state.plan, MEANING["truth"], 2.0, alpha=0.25, zorder=0)
-    cloud(ax, state.particles, MEANING["estimate"])
+    cloud(ax, state.particles, MEANING["estimate"], stroke)
     arrow(ax, state.truth, MEANING["truth"], "-")
     if state.pose is not None:
         arrow(ax, state.pose, MEANING["estimate"], "--" if not state.located else "-")
@@ -31,11 +33,11 @@ def where(ax: Axes, state: SimpleNamespace) -> Axes:
     return ax
 
 
-def cloud(ax: Axes, particles: Float[np.ndarray, "n 3"], colour: str) -> None:
+def cloud(ax: Axes, particles: Float[np.ndarray, "n 3"], colour: str, stroke: float) -> None:
     """Draw poses as short strokes in the direction in which they look."""
     ahead = np.stack([np.cos(particles[:, 2]), np.sin(particles[:, 2])], axis=-1)
-    ends = np.stack([particles[:, :2], particles[:, :2] + 0.35 * ahead], axis=1)
-    lines(ax, ends, colour, 1.2, alpha=0.6)
+    ends = np.stack([particles[:, :2], particles[:, :2] + stroke * ahead], axis=1)
+    lines(ax, ends, colour, 0.5 + 2 * stroke, alpha=0.6)
 
 
 def arrow(ax: Axes, pose: Float[np.ndarray, "3"], colour: str, style: str) -> None:
@@ -52,23 +54,39 @@ def _pictures(state: SimpleNamespace) -> str:
 
 @drawn(
     name="mcl-hero",
-    alt="Two floor plans of a corridor with rooms. After one picture the ring of the estimate "
-    "touches the square that marks the robot, after sixteen it lies on it.",
-    caption="5000 particles after one picture, and after sixteen; above each plan, how far the "
-    "estimate is off. Strokes: 200 of the particles. Square: the robot. Ring: the mean of the "
-    "heaviest cluster, with a dashed stroke while the robot does not count as located. Lines: the "
-    "walls, which the map does not know.",
-    cols=2,
-    width=7.4,
-    height=2.75,
-    gridspec_kw={"left": 0.005, "right": 0.995, "bottom": 0.01, "top": 0.9, "wspace": 0.03},
+    alt="Three drawings. In the first, a floor plan of a corridor with rooms, short strokes lie "
+    "all over the plan and point in all directions. The others enlarge the two frames in it: after "
+    "one picture the strokes lie close together, half a metre from the robot, after sixteen on it.",
+    caption="5000 particles before the first picture, after one and after sixteen. The frames in "
+    "the plan, with their numbers of pictures, are enlarged in the others. Strokes: 200 of "
+    "the particles. Square: the robot. Ring: the mean of the heaviest cluster, its stroke dashed "
+    "while the robot does not count as located. Lines: the walls, which the map does not know.",
+    cols=3,
+    width=8.4,
+    height=1.95,
+    gridspec_kw={"left": 0.005, "right": 0.995, "bottom": 0.01, "top": 0.87, "wspace": 0.05},
 )
 def hero(axes: AxesRow, states: Sequence[SimpleNamespace]) -> AxesRow:
-    """Draw two moments of a search, each with its error."""
-    for ax, state in zip(axes, states, strict=True):
-        where(ax, state)
+    """Draw three moments of a search: all particles on the plan, then those about the robot."""
+    whole, *parts = axes
+    start, *later = states
+    where(whole, SimpleNamespace(**vars(start) | {"pose": None}))
+    whole.set_title("before the first picture")
+    for ax, state in zip(parts, later, strict=True):
+        where(ax, state, stroke=0.12)
+        middle = (state.pose[:2] + state.truth[:2]) / 2
+        low, high = middle - CLOSE / 2, middle + CLOSE / 2
+        ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
         off = np.hypot(*(state.pose - state.truth)[:2])
-        ax.set_title(f"{_pictures(state)}: {off:.2f} m off", fontsize=11)
+        ax.set_title(f"{_pictures(state)}: {off:.2f} m off")
+        corners = np.array([low, (high[0], low[1]), high, (low[0], high[1])])
+        frame = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
+        lines(whole, frame, MEANING["moved world"], 1.2)
+        how = {"ha": "right", "va": "center", "size": 9.0, "color": MEANING["moved world"]}
+        whole.text(low[0] - 0.2, middle[1], f"{state.seen}", **how)
+        scale = high - 0.2
+        ax.plot([scale[0] - 0.5, scale[0]], [scale[1]] * 2, color=MEANING["truth"], linewidth=2.0)
+        ax.text(*scale - [0.25, 0.06], "0.5 m", ha="center", va="top", size=9.0)
     return axes
 
 
@@ -77,7 +95,7 @@ def hero(axes: AxesRow, states: Sequence[SimpleNamespace]) -> AxesRow:
     alt="A row of dots on one axis, nearly all below half a metre. A ring marks the start that "
     "is shown.",
     caption="Dots: forty starts in eight other buildings, each by how far the estimate is off "
-    "after sixteen pictures. Ring: the start that is shown.",
+    "after sixteen pictures in the direction of the first drive. Ring: the start that is shown.",
     width=6.4,
     height=1.5,
 )
@@ -153,7 +171,7 @@ def _photo(ax: Axes, image: Float[np.ndarray, "height width"]) -> None:
     "of a metre from it. One is a needle on flat ground with two low hills, one a broad hill.",
     caption="Logarithm of the weight of poses beside the true one. The needle: a match may be "
     "wrong; the low hills beside it are made by a few matches each. The broad hill: with a spread "
-    "of 0.3 m added.",
+    "of 0.3 m as well.",
     height=3.2,
 )
 def slices(ax: Axes, aside: Float[np.ndarray, "n"], logs: Mapping[str, np.ndarray]) -> Axes:

@@ -46,8 +46,8 @@ def hero(ax: ImageAxes, found: Any) -> None:
     "the gradient at each; and 4 by 4 cells, each with a star of eight rays, long where the "
     "arrows of the cell point.",
     caption="From a patch to 128 numbers. (a) What lies round one feature of the picture, turned "
-    "upright. (b) Its gradients. (c) Of each of 16 cells, how much gradient points in each "
-    "of eight directions: that is the descriptor.",
+    "upright. (b) Its gradients. (c) The descriptor: for each of 16 cells, how much "
+    "gradient points in each of eight directions.",
     cols=3,
     width=7.4,
     height=2.7,
@@ -140,9 +140,10 @@ def distance_by_angle(ax: Axes, table: Table, other: Interval, alike: Interval) 
     alt="Three panels: the share of the features that are recognised against turn, nearness and "
     "light. SIFT loses a sixth by a turn, a third by the distance, and most in bright light; what "
     "lacks SIFT's remedy against the change falls to nearly nothing.",
-    caption="Features that are recognised after a change. Upper curves: SIFT. Lower: the same ones "
-    "with descriptors that lack what SIFT does against this change: they are not turned upright, "
-    "are of patches of one size, or are the grey values. Bands: 95 % over albums of pictures.",
+    caption="Share of the features that are recognised after a change. Green: SIFT. Magenta: the "
+    "same features with descriptors that lack what SIFT does against this change: they are not "
+    "turned upright, are of patches of one size, or are the grey values. Bands: 95 % over albums "
+    "of pictures.",
     cols=3,
     width=8.0,
     height=3.0,
@@ -153,7 +154,7 @@ def invariant(axes: np.ndarray, found: Mapping[str, tuple[Sequence, list, list]]
         curve(ax, levels, sift, MEANING["right"])
         curve(ax, levels, worse, MEANING["wrong"])
         ax.set(xlabel=words, ylim=(0, 1))
-    axes[0].set_ylabel("recognised")
+    axes[0].set_ylabel("share recognised")
 
 
 @drawn(
@@ -175,7 +176,7 @@ def right_by_rules(ax: Axes, table: Table) -> None:
         label(ax, len(values) / 2, middle, text, MEANING[colour], va=va, ha=ha)
     ax.set_xticks(ticks, [*thresholds, "none"])
     ax.set(xlabel="threshold of the descriptors", ylabel="right matches (%)")
-    ax.set(xlim=(-0.3, len(ticks) - 0.7), ylim=(80, 100))
+    ax.set(xlim=(-0.3, len(ticks) - 0.7), ylim=(80, 100), yticks=range(80, 101, 5))
 
 
 @drawn(
@@ -184,7 +185,8 @@ def right_by_rules(ax: Axes, table: Table) -> None:
     "rise from far below zero to near it, in the right panel they stay below; shrunk and pooled "
     "stay near zero.",
     caption="What the Mahalanobis distance gains over the Euclidean distance to the same means, on "
-    "frames that made no class; bands: 95 % intervals over ten buildings, straight on over four.",
+    "frames that made no class; bands: 95 % intervals over ten buildings, for a track that leads "
+    "straight on over four.",
     cols=2,
     height=4.0,
 )
@@ -196,7 +198,12 @@ def gains(
         ax.axhline(0, color=MEANING["Euclid"], linewidth=1.0)
         for name, cells in lines.items():
             curve(ax, tracked, cells, MEANING[name], label=name)
-        ax.set(xlabel="tracked frames p", ylabel="points over Euclid", xlim=(0, 32), ylim=(-30, 5))
+        ax.set(
+            xlabel="tracked frames p",
+            ylabel="gain over Euclid (points)",
+            xlim=(0, 32),
+            ylim=(-30, 5),
+        )
         ax.set_title(title)
     axes[0].legend(loc="lower right")
 

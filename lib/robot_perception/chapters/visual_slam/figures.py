@@ -185,6 +185,7 @@ def route(ax: Axes, walls: np.ndarray, path: np.ndarray) -> Axes:
     ax.plot(*way.T, color=MEANING["robot"], linewidth=1.4)
     ax.plot(*way[0], "o", color=MEANING["robot"], markersize=6)
     plan(ax, np.array([[-18.0, -11.0], [18.0, 11.0]]), margin=0.0)
+    ax.locator_params(nbins=5)
     return ax
 
 

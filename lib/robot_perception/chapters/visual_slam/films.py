@@ -67,10 +67,11 @@ def show(clock: Clock, name: str | None = "slam-clock") -> Shown:
         alt="Above left a frame of the left camera with points on doors, shelves and posters; "
         "above right the floor plan, in which landmarks and a dashed path grow along a corridor "
         "and through rooms; below, the error of the wheels climbs, that of the filter stays low.",
-        caption="The drive. Left: what the left eye sees; orange, points that both eyes see; "
-        "green, those of landmarks of the map. Right: the map of the heaviest of fifty particles, "
-        "its path (dashed red), all particles (red dots) and the truth (solid). Below: how far the "
-        "position is off, by the wheels alone (grey) and by the filter (red).",
+        caption="The drive. The picture: what one eye sees; orange, points that both eyes see; "
+        "green, those of landmarks of the map. The plan: the map of the heaviest of fifty "
+        "particles (green), its path (dashed red), all particles (red dots) and the true path "
+        "(solid). The curves: how far the position is off, by the wheels alone (grey) and by the "
+        "filter (red).",
     )
 
 
