@@ -90,11 +90,11 @@ def drives_of(ax: Axes, state: Any) -> Axes:
     "one, that for single descriptors lies below. Errors of the path: names that are told lie "
     "far below one, the distances about one.",
     caption=(
-        "Dots: the mean over the buildings with the distance of the line, over that with Euclid's "
-        "distance to the mean descriptor, unless the line names another; bars: 95 % intervals. At "
-        "1 there is no difference. Short upright strokes: the limit of a claim of this page, below "
-        "which the ratio should lie. First drawing: share of wrong matches among the recognised "
-        "tracks. Second drawing: error of the path."
+        "Dots: ratios of means over the buildings, with the distance that the line names over "
+        "Euclid's distance to the mean descriptor, unless the line names another; bars: 95 % "
+        "intervals. At 1 there is no difference. Short upright strokes: the limit of a claim of "
+        "this page, below which the ratio should lie. First drawing: share of wrong matches among "
+        "the recognised tracks. Second drawing: error of the path."
     ),
     cols=2,
     width=7.4,

@@ -84,10 +84,12 @@ def who(ax: Axes, table: Table) -> Axes:
 @drawn(
     name="world-witness",
     alt="Two panels: error of the position along the path with a band of two deviations. Taken for "
-    "independent the error leaves the narrow band; intersected it stays inside a wide one.",
+    "independent the error lies far above a band that is hardly to be seen; intersected it lies "
+    "inside a wide band or just above it.",
     caption="One drive with landmarks that leave the state after fifty revisions. Their later "
     "readings are taken for independent in one drawing, and intersected in the other. Line: the "
-    "error of the position. Band: two deviations (2σ), as the filter states them.",
+    "error of the position. Band: two deviations (2σ), as the filter states them. The titles count "
+    "how long the pose is outside its 95 % region, which reaches a little beyond the band.",
     rows=2,
     height=4.6,
     sharex=True,
@@ -119,7 +121,7 @@ def heard(ax: Axes, one: Any) -> Axes:
     alt="Error of the path against the number of wrong names, logarithmic. One Kalman filter leaps "
     "at the first wrong name; particles rise slowly, many above few; with a gate all stay level, "
     "the Kalman filter lowest.",
-    caption="Median error of the drives against the number of sightings, of some four hundred, "
+    caption="Median error of the path against the number of sightings, of some four hundred, "
     "that have a wrong name. M: number of particles. Solid: every name is believed. Dashed: names "
     "pass a gate. Dotted: the wheels alone, and the best fit with right names.",
     height=4.4,

@@ -346,7 +346,8 @@ def searches(
     label(ax, *lattices[1], "searches", MEANING["expected"], ha="right", va="bottom")
     for seeds, (looked, found) in clouds.items():
         ax.plot(looked, found, "o", color=MEANING["camera"], markersize=7)
-        label(ax, looked, found - 0.05, f"{seeds} seeds", MEANING["camera"], ha="center", va="top")
+        words = f"{seeds} seeds" if seeds == min(clouds) else f"{seeds}"
+        label(ax, looked, found - 0.05, words, MEANING["camera"], ha="center", va="top")
     ax.set_xscale("log")
     ax.set(xlim=(0.008, 1.6), ylim=(0, 1), xlabel="share of the samples that is looked at")
     ax.set_ylabel("share of faces found")
