@@ -53,9 +53,9 @@ def aggregated(
     name="people-together",
     alt="A floor plan of a room with three people around a robot: wedges of a camera, ellipses "
     "of laser and sonars, and over each person one red ellipse on which they agree.",
-    caption="The moment with which the chapter before began. Wedges (green), small ellipses "
-    "(orange) and the large one (blue): what camera, laser and sonars report. Red: the persons "
-    "that the committee knows of by then. All 2σ. Discs A, B and C: the people.",
+    caption="The moment with which the chapter before began. Green wedges, orange and blue "
+    "ellipses: what camera, laser and sonars report, 2σ. Red: the persons that the committee knows "
+    "of by then, 2σ. Discs A, B and C: the people.",
     width=5.0,
     height=5.0,
 )

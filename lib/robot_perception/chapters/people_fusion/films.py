@@ -36,28 +36,28 @@ _TOLD = {
         "robot stops and says: Please come back! The visitor returns and the tour goes on.",
         "A guide. Disc with a dotted path: the person. Disc with a nose: the robot. Ellipses "
         "(2σ): what it takes for persons, with the one it deals with filled; grey ones do not "
-        "count. The greater the weight, the wider the line. The title says what the robot does.",
+        "count. The greater the weight, the wider the line.",
     ),
     "blocked": (
         17,
         "A guide drives along the corridor towards two people who stand in its way. It stops a "
         "good metre before them and asks to pass; they step aside, and it drives on between them.",
-        "Two people block the path of a guide, which asks them to let it pass. Discs: the people, "
-        "and the robot (with a nose). Ellipses: what it takes for persons, 2σ.",
+        "Two people block the path of a guide. Discs: the people, and the robot (with a nose). "
+        "Ellipses: what it takes for persons.",
     ),
     "follow": (
         20,
         "A person leads the robot out of a room and along the corridor; an ellipse stays on the "
         "person, and the robot stays about a metre and a half behind.",
         "A robot follows a person by laser and sonars alone. Discs: the person, and the robot "
-        "(with a nose). Ellipses: what it takes for persons, 2σ.",
+        "(with a nose). Ellipses: what it takes for persons.",
     ),
     "survey": (
         32,
         "A visitor comes down the corridor, is asked nearer and to take part, walks away after "
         "nine seconds, and the robot calls after them three seconds later.",
-        "A survey that the visitor breaks off. Discs: the visitor, and the robot (with a nose). "
-        "Ellipses: what it takes for persons, 2σ; grey ones do not count.",
+        "A visitor breaks off a survey. Discs: the visitor, and the robot (with a nose). "
+        "Ellipses: what it takes for persons; grey ones do not count.",
     ),
 }
 """The frame that stands first, alternative text and caption."""
