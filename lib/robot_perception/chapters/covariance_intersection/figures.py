@@ -109,7 +109,7 @@ def weighed(axes: AxesRow, state: SimpleNamespace) -> AxesRow:
             corners=48,
         )
     plane.set(xlim=(-2.3, 2.3), ylim=(-13, 13))
-    plane.set(xlabel="error of the distance (m)", ylabel="error of the direction (°)")
+    plane.set(xlabel="error in distance (m)", ylabel="error in direction (°)")
     label(plane, 0.25, 11, "the sonar", MEANING["first opinion"])
     label(plane, -1.9, 4.5, "the camera", MEANING["second opinion"])
     areas(below, state)

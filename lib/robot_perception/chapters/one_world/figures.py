@@ -125,7 +125,7 @@ def heard(ax: Axes, one: Any) -> Axes:
     "that have a wrong name. M: number of particles. Solid: every name is believed. Dashed: names "
     "pass a gate. Dotted: the wheels alone, and the best fit with right names.",
     height=4.4,
-    gridspec_kw={"right": 0.74},
+    gridspec_kw={"right": 0.7},
 )
 def misnamed(ax: Axes, rows: Rows, ends: Rows) -> Axes:
     """Draw the median errors by the number of wrong names, between wheels and best fit."""
