@@ -34,7 +34,7 @@ def heard(ax: Axes, found: SimpleNamespace) -> Axes:
     ax.plot(times, mean, color=MEANING["Kalman"])
     ax.axhline(0, color=MEANING["truth"], linewidth=1.2)
     label(ax, times[-1], -4, "where the person is", MEANING["truth"], ha="right", va="top")
-    ax.set(xlabel="readings heard", ylabel="error of the distance (cm)")
+    ax.set(xlabel="measurements fused", ylabel="error of the distance (cm)")
     ax.set(xlim=(1, times[-1]), ylim=(-30, 70))
     ax.set_xticks(_readings(times))
     return ax
@@ -54,7 +54,7 @@ def rumours(ax: Axes, found: SimpleNamespace) -> Axes:
     for (rule, ratio), line in styles:
         ax.plot(times, ratio, line, color=MEANING[rule], label=rule)
     ax.set_yscale("log")
-    ax.set(xlabel="readings heard", ylabel="true / stated variance")
+    ax.set(xlabel="measurements fused", ylabel="true / stated variance")
     ax.set(xlim=(1, times[-1]), ylim=(0.2, 100))
     ax.set_xticks(_readings(times))
     ax.legend(loc="upper left", ncols=2)
@@ -109,7 +109,7 @@ def weighed(axes: AxesRow, state: SimpleNamespace) -> AxesRow:
             corners=48,
         )
     plane.set(xlim=(-2.3, 2.3), ylim=(-13, 13))
-    plane.set(xlabel="error of the distance (m)", ylabel="of the direction (°)")
+    plane.set(xlabel="error in distance (m)", ylabel="error in direction (°)")
     label(plane, 0.25, 11, "the sonar", MEANING["first opinion"])
     label(plane, -1.9, 4.5, "the camera", MEANING["second opinion"])
     areas(below, state)
@@ -138,9 +138,10 @@ def areas(ax: Axes, state: SimpleNamespace) -> Axes:
     name="ci-certainty",
     alt="The weight rises steeply, then ever more slowly towards one; after six seconds it falls "
     "on a straight line until the hypothesis is deleted.",
-    caption="Weight of a hypothesis that is matched for six seconds and then no more; the paper's "
-    "eqs 5 and 6 with values of ours. Dashed: the two thresholds. Would the curve differ if all "
-    "the measurements were one echo?",
+    caption="Weight of a hypothesis that sonar measurements match for six seconds and then no "
+    "more, by the paper's eqs 5 and 6 with values of ours. Dashed: above one threshold it counts "
+    "as a person, below the other it is deleted. Would the curve differ if all the measurements "
+    "were one echo?",
     height=3.2,
 )
 def certainty(

@@ -44,8 +44,8 @@ def pulled(ax: Axes, one: Any, ten: Any, walls: np.ndarray) -> Axes:
     name="look-drives",
     alt="Two rows of dots on one axis. One filter: between four and eleven metres off. Ten "
     "particles: mostly below one metre. A ring in each row marks the drive that is shown.",
-    caption="Dots: twenty drives through ten other buildings with as many wrong names, each by how "
-    "far the path is off. Rings: the drive that is shown.",
+    caption="How far the paths of both filters are off. Dots: twenty drives through ten other "
+    "buildings with as many wrong names. Rings: the drive that is shown.",
     width=6.4,
     height=1.9,
 )
@@ -90,9 +90,10 @@ def drives_of(ax: Axes, state: Any) -> Axes:
     "one, that for single descriptors lies below. Errors of the path: names that are told lie "
     "far below one, the distances about one.",
     caption=(
-        "Each dot is a ratio of two means over the buildings, each line its 95 % interval, on a "
-        "logarithmic scale; at 1 there is no difference. Short upright strokes: the limit of a "
-        "claim of this page, below which the ratio should lie. First drawing: wrong matches among "
+        "Dots: ratios of means over the buildings, with the distance that the line names over "
+        "Euclid's distance to the mean descriptor, unless the line names another; bars: 95 % "
+        "intervals. At 1 there is no difference. Short upright strokes: the limit of a claim of "
+        "this page, below which the ratio should lie. First drawing: share of wrong matches among "
         "the recognised tracks. Second drawing: error of the path."
     ),
     cols=2,

@@ -21,7 +21,7 @@ REGION = float(np.sqrt(chi_squared_quantile(0.95, 2)))  # deviations that hold 9
     alt="Close-up of a place on the floor: the large ellipse of B holds the true place; the "
     "smaller one of A lies beside it and does not.",
     caption="Two thirds of the way round a loop of posts, seen from the robot. Cross: the robot. "
-    "Ellipses: where it is with 95 % probability, says A, and says B.",
+    "Ellipses: the regions that hold it with 95 % probability, as A and B state them.",
     width=5.2,
     height=4.2,
 )
@@ -52,9 +52,10 @@ LEFTWARDS = ("50 particles",)
     name="world-who",
     alt="Scatter of filters by error of the path and share of the drive outside: Kalman filters "
     "low, particles high; the fewer, the higher.",
-    caption="All filters on the same drives, start turned by 3°: error of the path against the "
-    "share of the drive that lies outside of what the filter holds for 95 % sure. Dashed: 5 %, an "
-    "honest filter. Dotted: the error of the path that fits all measurements best.",
+    caption="All filters on the same drives, start turned by 3°: crowds of particles, and the "
+    "Kalman filter, plain, anchored, and with first estimates. Error of the path, and share of "
+    "the drive at which the robot is outside the filter's 95 % region. Bars: 95 % over the "
+    "drives. Dashed: 5 %, an honest filter. Dotted: the error of the best fit of all measurements.",
     height=4.0,
 )
 def who(ax: Axes, table: Table) -> Axes:
@@ -75,7 +76,7 @@ def who(ax: Axes, table: Table) -> Axes:
     ax.axhline(0.05, color=MEANING["expected"], linewidth=1.0, linestyle="--")
     floor = table["best fit of all", "path (m)"].estimate
     ax.axvline(floor, color=MEANING["expected"], linewidth=1.0, linestyle=":")
-    ax.set(xlabel="error of the path (m)", ylabel="outside, share of the drive")
+    ax.set(xlabel="error of the path (m)", ylabel="share of the drive outside")
     ax.set(xlim=(0.1, 1.9), ylim=(-0.03, 1.05))
     return ax
 
@@ -83,9 +84,12 @@ def who(ax: Axes, table: Table) -> Axes:
 @drawn(
     name="world-witness",
     alt="Two panels: error of the position along the path with a band of two deviations. Taken for "
-    "independent the error leaves the narrow band; intersected it stays inside a wide one.",
-    caption="One drive with landmarks that leave the state after fifty revisions. Line: the error "
-    "of the position; band: two deviations, as the filter states them.",
+    "independent the error lies far above a band that is hardly to be seen; intersected it lies "
+    "inside a wide band or just above it.",
+    caption="One drive with landmarks that leave the state after fifty revisions. Their later "
+    "readings are taken for independent in one drawing, and intersected in the other. Line: the "
+    "error of the position. Band: two deviations (2σ), as the filter states them. The titles count "
+    "how long the pose is outside its 95 % region, which reaches a little beyond the band.",
     rows=2,
     height=4.6,
     sharex=True,
@@ -117,11 +121,11 @@ def heard(ax: Axes, one: Any) -> Axes:
     alt="Error of the path against the number of wrong names, logarithmic. One Kalman filter leaps "
     "at the first wrong name; particles rise slowly, many above few; with a gate all stay level, "
     "the Kalman filter lowest.",
-    caption="Median error of the drives against the number of sightings, of some four hundred, "
-    "that have a wrong name. Solid: every name is believed. Dashed: with a gate. Dotted: wheels "
-    "alone, and below it the best fit with right names.",
+    caption="Median error of the path against the number of sightings, of some four hundred, "
+    "that have a wrong name. M: number of particles. Solid: every name is believed. Dashed: names "
+    "pass a gate. Dotted: the wheels alone, and the best fit with right names.",
     height=4.4,
-    gridspec_kw={"right": 0.74},
+    gridspec_kw={"right": 0.7},
 )
 def misnamed(ax: Axes, rows: Rows, ends: Rows) -> Axes:
     """Draw the median errors by the number of wrong names, between wheels and best fit."""

@@ -76,8 +76,8 @@ def show(instants: Iterable[Instant], room: Room, least: float) -> Shown:
         "wedge becomes a small ellipse when a sonar hears the person, and grows again.",
         caption="Ten seconds, as fast as they went by. Picture: the camera's frame, directions "
         "of faces (green) and the true heads (rings). Plan: the last scan (orange), echoes (thick "
-        "blue arcs), the people (dark discs), and the hypotheses after each measurement (red, 2σ; "
-        "filled: persons; dotted: too light to count).",
+        "blue arcs), the people (discs A, B and C), and the hypotheses after each measurement "
+        "(red, 2σ; filled: persons; dotted: too light to count).",
     )
 
 

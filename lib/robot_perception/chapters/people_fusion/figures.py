@@ -53,9 +53,9 @@ def aggregated(
     name="people-together",
     alt="A floor plan of a room with three people around a robot: wedges of a camera, ellipses "
     "of laser and sonars, and over each person one red ellipse on which they agree.",
-    caption="The moment with which the chapter before began. Green, orange and blue: what camera, "
-    "laser and sonars say. Red: the persons that the committee knows of by then, 2σ. A, B and C: "
-    "the people.",
+    caption="The moment with which the chapter before began. Green wedges, orange and blue "
+    "ellipses: what camera, laser and sonars report, 2σ. Red: the persons that the committee knows "
+    "of by then, 2σ. Discs A, B and C: the people.",
     width=5.0,
     height=5.0,
 )
@@ -69,8 +69,9 @@ def together(ax: Axes, scene: Any, persons: Hypotheses) -> Axes:
     name="people-ways",
     alt="Paths around a robot: broad grey ones of three people, and thin red ones that follow "
     "them in pieces.",
-    caption="Half a minute. Broad: the true paths of the people. Thin: the paths of hypotheses "
-    "that count as persons, with a dot where one ends.",
+    caption="Half a minute. Broad lines: the true paths of the people. Thin lines: the paths of "
+    "hypotheses that count as persons, with a dot where one ends. A dot without a line: a "
+    "hypothesis that hardly moved.",
     width=5.0,
     height=5.0,
 )
@@ -106,10 +107,10 @@ Shares = Mapping[str, tuple[Interval, Interval]]
     alt="Five rows, each with two dots: the share of hypotheses that are false, and that of the "
     "people who are tracked. Without table legs, wood and cork the first falls below the paper's "
     "line; the second rises where people who stop look at the robot, and stays below the paper's.",
-    caption="What the paper's two numbers would take: the same system, with one thing about range, "
-    "rooms or people changed at a time, and at last three of them. In each row the smaller "
-    "share is that of the hypotheses that are false, the larger that of the people who are "
-    "tracked. Bars: 95 % over forty sessions; dotted: the paper.",
+    caption="The same system, with one thing about range, rooms or people changed at a time, and "
+    "in the last row three of them. The smaller share of each row: hypotheses that are false. The "
+    "larger: people who are tracked. Bars: 95 % over forty sessions. Dotted: the paper's two "
+    "numbers.",
     height=4.2,
 )
 def rooms(ax: Axes, shares: Shares) -> Axes:

@@ -34,27 +34,30 @@ _TOLD = {
         23,
         "The robot drives along the corridor with a visitor behind it; the visitor turns back, the "
         "robot stops and says: Please come back! The visitor returns and the tour goes on.",
-        "A guide. Dark disc with a dotted path: the person; disc with a nose: the robot. "
-        "Ellipses (2σ): what it takes for persons, with the one it deals with filled; grey ones "
-        "do not count. The greater the weight, the wider the line.",
+        "A guide. Disc with a dotted path: the person. Disc with a nose: the robot. Ellipses "
+        "(2σ): what it takes for persons, with the one it deals with filled; grey ones do not "
+        "count. The greater the weight, the wider the line.",
     ),
     "blocked": (
         17,
         "A guide drives along the corridor towards two people who stand in its way. It stops a "
         "good metre before them and asks to pass; they step aside, and it drives on between them.",
-        "Two people block the path of a guide; drawn as above.",
+        "Two people block the path of a guide. Discs: the people, and the robot (with a nose). "
+        "Ellipses: what it takes for persons.",
     ),
     "follow": (
         20,
         "A person leads the robot out of a room and along the corridor; an ellipse stays on the "
         "person, and the robot stays about a metre and a half behind.",
-        "Followed by laser and sonars alone; drawn as above.",
+        "A robot follows a person by laser and sonars alone. Discs: the person, and the robot "
+        "(with a nose). Ellipses: what it takes for persons.",
     ),
     "survey": (
         32,
         "A visitor comes down the corridor, is asked nearer and to take part, walks away after "
         "nine seconds, and the robot calls after them three seconds later.",
-        "A survey that is broken off; drawn as above.",
+        "A visitor breaks off a survey. Discs: the visitor, and the robot (with a nose). "
+        "Ellipses: what it takes for persons; grey ones do not count.",
     ),
 }
 """The frame that stands first, alternative text and caption."""

@@ -29,6 +29,7 @@ _TURN = np.linspace(0, 2 * np.pi, 65)
 CIRCLE = np.stack([np.cos(_TURN), np.sin(_TURN)], axis=-1)
 OUT = 0.36  # from the middle of a person to the letter, m
 FAR = 10.0  # what is further away lies outside of the drawing of a real scan, m
+FARTHEST = 3.5  # beyond that hardly anybody stands, and a share of them says little, m
 
 
 # The room ----------------------------------------------------------------------------------------
@@ -155,9 +156,10 @@ def crosses(ax: Axes, mean: Float[np.ndarray, "n 2"]) -> None:
     name="people-hero",
     alt="Three floor plans of a room with three people around a robot. The camera has three "
     "directions, the laser two people, the sonars one of these two.",
-    caption="One moment, from above; the robot looks up the page. A, B and C are the people. What "
-    "each sensor takes for people in one measurement, 2σ: the camera knows directions only, the "
-    "laser misses A, and the sonars miss A and B. It is the middle of the paper's Fig. 7.",
+    caption="One moment, from above; the robot looks up the page. Dotted discs A, B and C: the "
+    "people. Coloured, 2σ: what each sensor takes for people in one measurement. The camera knows "
+    "directions only, the laser misses A, and the sonars miss A and B. The paper's Fig. 7 shows "
+    "such a moment.",
     cols=3,  # they fill the row: their margins have room for ticks, the caption says what is up
     width=8.2,
     height=3.1,
@@ -198,9 +200,9 @@ def bare(ax: Axes) -> Axes:
     name="people-scan",
     alt="A scan of a laser from above: the arcs of legs, chair legs, and walls behind. Pairs of "
     "legs are joined by a bar.",
-    caption="One scan at the same moment. Points: where the beams ended. Joined dots: two legs "
-    "taken for a person, where there is one (dotted discs). Grey squares: what looks like a leg "
-    "but has no second.",
+    caption="One scan of the laser at the same moment. Points: where the beams ended. Joined dots: "
+    "two legs that are taken for a person. Dotted discs: the people. Small squares: things that "
+    "look like a leg and have no second leg beside them.",
     height=4.2,
 )
 def scan(ax: Axes, scene: Any, gate: float) -> Axes:
@@ -295,18 +297,20 @@ def heads(ax: Axes, places: Float[np.ndarray, "p 3"]) -> None:
 
 @drawn(
     name="people-distance",
-    alt="Share of people found against distance: the camera falls slowly up to four metres, the "
-    "laser from two metres on, the sonars from the start.",
-    caption="Share of people found by a single measurement, by distance. Laser: of those whom its "
-    "beams meet, in trousers and not sideways; sonars: of those in a cone; camera: of those who "
-    "face it. Bars: 95 % over forty sessions.",
+    alt="Share of people found against distance: that of the sonars falls from the start and ends "
+    "beyond two metres; those of laser and camera stay high up to two metres and then fall.",
+    caption="Share of people found by one measurement, in each half metre of distance. Only the "
+    "people whom a sensor could find are counted: for the laser those in trousers who do not stand "
+    "sideways and whose legs its beams meet, for the sonars those in a cone within 2 m, for the "
+    "camera those who look at it. Bars: 95 % over forty sessions.",
     height=3.2,
 )
 def rates_by_distance(ax: Axes, found: Mapping[str, Mapping[float, Interval]]) -> Axes:
     """Draw the share that each sensor finds, by the end of half a metre of distance, m."""
     beside = {"camera": (5, 0.1, "bottom"), "laser": (4, -0.1, "top")}
     beside_each_other = {"laser": 0.0, "sonar": 0.03, "camera": -0.03}  # m
-    for sensor, shares in found.items():
+    for sensor, every in found.items():
+        shares = {end: share for end, share in every.items() if end <= FARTHEST}
         colour = MEANING[sensor]
         middles = np.array(list(shares)) - 0.25 + beside_each_other[sensor]
         for x, share in zip(middles, shares.values(), strict=True):
@@ -317,7 +321,7 @@ def rates_by_distance(ax: Axes, found: Mapping[str, Mapping[float, Interval]]) -
         at = min(at, len(estimates) - 1)
         x, y = middles[at] + gap, estimates[at]
         label(ax, x, y, sensor, colour, ha="left" if gap > 0 else "right", va=va)
-    ax.set(xlim=(0, 4.6), ylim=(-0.02, 1.02), xlabel="distance (m)", ylabel="share found")
+    ax.set(xlim=(0, 4), ylim=(-0.02, 1.02), xlabel="distance (m)", ylabel="share found")
     return ax
 
 
@@ -327,8 +331,9 @@ def rates_by_distance(ax: Axes, found: Mapping[str, Mapping[float, Interval]]) -
     "lattices that rises, and three dots for clouds with few, some and many seeds.",
     caption="Share of the faces found against the share of a picture's samples that is looked at. "
     "Curve: searches of the whole picture, from one sample of 96 to every sample, each with the "
-    "threshold by which it makes up as many faces as the clouds with 400 seeds. Dots: clouds by "
-    "their number of seeds. Compare dot and curve at one height.",
+    "threshold by which it makes up as many faces as the clouds with 400 seeds. Dots: clouds of "
+    "particles, by the number of seeds. Where dot and curve are equally high, both find as many "
+    "faces, and the one with the smaller share looks at less.",
     height=3.2,
 )
 def searches(
@@ -341,9 +346,11 @@ def searches(
     label(ax, *lattices[1], "searches", MEANING["expected"], ha="right", va="bottom")
     for seeds, (looked, found) in clouds.items():
         ax.plot(looked, found, "o", color=MEANING["camera"], markersize=7)
-        label(ax, looked, found - 0.05, f"{seeds}", MEANING["camera"], ha="center", va="top")
+        words = f"{seeds} seeds" if seeds == min(clouds) else f"{seeds}"
+        label(ax, looked, found - 0.05, words, MEANING["camera"], ha="center", va="top")
     ax.set_xscale("log")
-    ax.set(xlim=(0.008, 1.6), ylim=(0, 1), xlabel="share looked at", ylabel="share of faces found")
+    ax.set(xlim=(0.008, 1.6), ylim=(0, 1), xlabel="share of the samples that is looked at")
+    ax.set_ylabel("share of faces found")
     return ax
 
 
@@ -352,9 +359,11 @@ def searches(
 
 @drawn(
     name="people-real",
-    alt="A real scan of a room from above: walls, and small arcs of legs, some circled.",
-    caption="A real scan. Rings: marked legs, bright ones found with every third beam, dark ones "
-    "missed; squares: legs reported where none was marked.",
+    alt="A real scan of a room from above: walls, and small arcs of legs, some with a ring or a "
+    "cross.",
+    caption="A real scan (points) of a laser (triangle). Rings: marked legs that are found with "
+    "every third beam. Crosses: marked legs that are missed. Squares: legs reported where none "
+    "was marked.",
     height=4.4,
 )
 def real_scan(ax: Axes, result: Any, reach: float) -> Axes:
@@ -365,7 +374,7 @@ def real_scan(ax: Axes, result: Any, reach: float) -> Axes:
     near = apart <= reach
     for places, name, mark in (
         (result.marked[near.any(axis=1)], "right", "o"),
-        (result.marked[~near.any(axis=1)], "missed", "o"),
+        (result.marked[~near.any(axis=1)], "missed", "x"),
         (result.found[~near.any(axis=0)], "wrong", "s"),
     ):
         pen = {"markersize": 9, "fillstyle": "none", "markeredgewidth": 1.8}

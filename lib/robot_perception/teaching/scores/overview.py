@@ -36,7 +36,7 @@ def overview(titles: Mapping[str, str]) -> Shown:
         (key, paper.title, paper.citation, tuple(e for e in entries if e.paper == key))
         for key, paper in PAPERS.items()
     ]
-    parts += [(OURS, FOUND, "in no count above", beyond)] if beyond else []
+    parts += [(OURS, FOUND, "counted in no other row", beyond)] if beyond else []
     rows, lines = [], []
     for key, title, about, found in parts:
         claims = Ledger(found if key == OURS else tuple(e for e in found if e not in beyond))
