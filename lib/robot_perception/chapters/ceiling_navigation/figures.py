@@ -171,7 +171,12 @@ def noise(ax: Axes, law: np.ndarray, dots: Mapping[float, float], several: float
     label(ax, 1.95, 100 * several - 0.4, "three together", MEANING["pooled"], ha="right")
     label(ax, 1.95, 100 * mean - 0.4, "mean of three", MEANING["pooled"], ha="right")
     label(ax, 1.15, 3.4, "one pattern", MEANING["expected"], ha="right")
-    ax.set(xlim=(0, 2), ylim=(0, 5), xlabel="distance of the pattern (m)", ylabel="error of the position (cm)")
+    ax.set(
+        xlim=(0, 2),
+        ylim=(0, 5),
+        xlabel="distance of the pattern (m)",
+        ylabel="error of the position (cm)",
+    )
     ax.set_xticks([0, 1, 2])
     ax.set_yticks([1, 2, 3, 4, 5])
     return ax
