@@ -127,8 +127,8 @@ def mosaic(ax: Axes, shown: Plan, run: SimpleNamespace) -> Axes:
 @drawn(
     name="nav-loop",
     alt="Three plans of the loop. In the first the path by the mosaic as printed leaves the true "
-    "one by decimetres and does not close; in the second it leaves it by less; in the third, "
-    "adjusted, the two lie on each other.",
+    "one by up to more than a metre and does not close; in the second it leaves it by centimetres; "
+    "in the third, adjusted, the two lie on each other.",
     caption="The loop (a) by the mosaic as printed, (b) by ours as it was chained, (c) by ours "
     "adjusted, over the true path (thin). Strokes lead from where a pattern is to where the mosaic "
     "has it. Above: root mean square error of the patterns.",
