@@ -199,8 +199,8 @@ def work(ax: Axes, half_widths: Sequence[int], carried: np.ndarray, summed: np.n
 @drawn(
     name="head-grid",
     alt="Panels of the missed share against the threshold, a line for each a. Where others pass "
-    "the lines of the faster models fall as the threshold rises, and that of a = 0.1 ends below the "
-    "fixed model's; where nobody passes the threshold makes less of a difference.",
+    "the lines of the faster models fall as the threshold rises, and that of a = 0.1 ends below "
+    "that of the fixed model; where nobody passes the threshold makes less of a difference.",
     caption=lambda rows, **_: (
         "How often the head is missed, by threshold, over the first "
         f"{len(rows.levels('film'))} of the films. (a) The light changes. (b) He turns his back, "
