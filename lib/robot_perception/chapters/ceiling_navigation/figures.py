@@ -46,6 +46,14 @@ def _bare(ax: Axes) -> None:
     ax.grid(visible=False)
 
 
+def scale_bar(ax: Axes, x: float, y: float, length: float) -> None:
+    """Draw a line of some metres on a plan without scales, and say how long it is."""
+    ax.plot([x, x + length], [y, y], color=MEANING["expected"], linewidth=2.0)
+    across = {"textcoords": "offset points", "ha": "center", "va": "bottom"}
+    middle = (x + length / 2, y)
+    ax.annotate(f"{length:g} m", middle, (0, 3), color=MEANING["expected"], **across)
+
+
 def triangle(ax: Axes, pose: Float[np.ndarray, "3"], colour: str, **kwargs: object) -> None:
     """Draw a robot as a triangle that points ahead."""
     points = se2.compose(pose, np.column_stack([_TRIANGLE, np.zeros(4)]))
@@ -96,7 +104,7 @@ def corrected(axes: np.ndarray, found: SimpleNamespace) -> None:
 @drawn(
     name="nav-mosaic",
     alt="A ring of ceiling composed of many pictures, with lamps, vents and signs. Triangles "
-    "stand round the ring; a line, the true path, leaves them by some decimetres on the far side.",
+    "stand round the ring on a line, the true path, or within some centimetres of it.",
     caption="The counterpart of the paper's Fig. 9, by our rules, as it was chained. The ceiling, "
     "composed of what the camera saw, each picture laid where the robot located itself. Squares: "
     "patterns. Triangles: the robot in its mosaic, every two metres. Line: where it was in truth.",
@@ -119,8 +127,8 @@ def mosaic(ax: Axes, shown: Plan, run: SimpleNamespace) -> Axes:
 @drawn(
     name="nav-loop",
     alt="Three plans of the loop. In the first the path by the mosaic as printed leaves the true "
-    "one by decimetres and does not close; in the second it leaves it by less; in the third, "
-    "adjusted, the two lie on each other.",
+    "one by up to more than a metre and does not close; in the second it leaves it by centimetres; "
+    "in the third, adjusted, the two lie on each other.",
     caption="The loop (a) by the mosaic as printed, (b) by ours as it was chained, (c) by ours "
     "adjusted, over the true path (thin). Strokes lead from where a pattern is to where the mosaic "
     "has it. Above: root mean square error of the patterns.",
@@ -141,6 +149,7 @@ def loops(axes: np.ndarray, runs: Mapping[str, SimpleNamespace]) -> None:
         ax.set_title(f"{words}: {100 * run.apart:.0f} cm")
         ax.set(xlim=(-6.0, 6.0), ylim=(5.0, -5.0), aspect="equal")
         _bare(ax)
+        scale_bar(ax, -0.9, 0.0, 2.0)
 
 
 @drawn(
@@ -159,10 +168,15 @@ def noise(ax: Axes, law: np.ndarray, dots: Mapping[float, float], several: float
         ax.plot(at, 100 * error, "o", color=MEANING["estimate"])
     ax.axhline(100 * several, color=MEANING["pooled"])
     ax.axhline(100 * mean, color=MEANING["pooled"], linestyle="--")
-    label(ax, 0.05, 100 * several - 0.4, "three together", MEANING["pooled"])
-    label(ax, 0.05, 100 * mean + 0.15, "mean of three", MEANING["pooled"])
+    label(ax, 1.95, 100 * several - 0.4, "three together", MEANING["pooled"], ha="right")
+    label(ax, 1.95, 100 * mean - 0.4, "mean of three", MEANING["pooled"], ha="right")
     label(ax, 1.15, 3.4, "one pattern", MEANING["expected"], ha="right")
-    ax.set(xlim=(0, 2), ylim=(0, 5), xlabel="distance of the pattern (m)", ylabel="error (cm)")
+    ax.set(
+        xlim=(0, 2),
+        ylim=(0, 5),
+        xlabel="distance of the pattern (m)",
+        ylabel="error of the position (cm)",
+    )
     ax.set_xticks([0, 1, 2])
     ax.set_yticks([1, 2, 3, 4, 5])
     return ax
@@ -172,8 +186,9 @@ def noise(ax: Axes, law: np.ndarray, dots: Mapping[float, float], several: float
     name="nav-rules",
     alt="Bars of the robot's error by the rule that is exchanged. With the rest as printed the bar "
     "of looks is shortest and that of means longest; with the rest ours all are short.",
-    caption="Error of the robot after five metres if one rule comes from the other set. (a) All "
-    "others as printed. (b) All others ours. Lines: 95 %, over ceilings. Mind the two scales.",
+    caption="Error of the robot after five metres if one rule comes from the other set; none: no "
+    "rule does. (a) All others as printed. (b) All others ours. Lines: 95 %, over ceilings. Mind "
+    "the two scales.",
     cols=2,
     width=8.2,
     height=3.4,
@@ -182,19 +197,19 @@ def noise(ax: Axes, law: np.ndarray, dots: Mapping[float, float], several: float
 def rules(axes: np.ndarray, table: Table) -> None:
     """Draw the error by the rule that is exchanged, the others as printed and ours."""
     for ax, (title, column) in zip(axes, SETS.items(), strict=True):
-        found = {name: table[name, column] for name in table.rows}
-        bars(ax, found, MEANING["error"], "robot (cm)")
+        found = {name.replace("that ", "that\n"): table[name, column] for name in table.rows}
+        bars(ax, found, MEANING["error"], "error of the robot (cm)")
         ax.set(xlim=(0, 1.05 * max(of.high for of in found.values())), title=title)
 
 
 @drawn(
     name="nav-conditions",
     alt="Three plans of a path with a whole circle. With many key images the robot drives the "
-    "circle; with key images that share no pattern it stands after a metre or two; without the "
-    "threshold on turning it drives a shallow curve and leaves the circle out.",
+    "circle; with key images that share no pattern it does not leave its place; without the "
+    "threshold on turning it drives nearly straight on and leaves the circle out.",
     caption="(a) A taught path with a whole circle (broad), its key images (dots), and what a "
-    "robot makes of them (thin), by exact sightings. (b) Successive key images share no pattern. "
-    "(c) They share one, and may be turned as they like.",
+    "robot makes of them (thin), by exact sightings. (b) Successive key images share no pattern: "
+    "the robot stays where it is. (c) They share one, and may be turned as they like.",
     cols=3,
     width=7.4,
     height=1.95,
@@ -209,6 +224,7 @@ def conditions(axes: np.ndarray, true: np.ndarray, found: Mapping[str, tuple]) -
         ax.set_title(words)
         ax.set(xlim=(-1.8, 1.8), ylim=(1.8, -0.5), aspect="equal")
         _bare(ax)
+        scale_bar(ax, -1.7, 1.65, 0.5)
 
 
 def servoed(axes: np.ndarray, state: SimpleNamespace) -> None:

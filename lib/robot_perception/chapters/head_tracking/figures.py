@@ -94,9 +94,9 @@ def tracked(axes: np.ndarray, state: SimpleNamespace) -> None:
     )
     top.legend(loc="upper right", ncols=2)
     bottom.clear()
-    bottom.plot(pictures, state.light, color=MEANING["light"], label="light")
-    bottom.plot(pictures, state.visible, ":", color=MEANING["truth"], label="visible")
-    bottom.set(xlim=(0, pictures[-1]), ylim=(0, 1.6), xlabel="frame", ylabel="share")
+    bottom.plot(pictures, state.light, color=MEANING["light"], label="light on the head")
+    bottom.plot(pictures, state.visible, ":", color=MEANING["truth"], label="visible part")
+    bottom.set(xlim=(0, pictures[-1]), ylim=(0, 1.9), xlabel="frame", ylabel="factor, share")
     bottom.legend(loc="upper right", ncols=2)
 
 
@@ -199,13 +199,13 @@ def work(ax: Axes, half_widths: Sequence[int], carried: np.ndarray, summed: np.n
 @drawn(
     name="head-grid",
     alt="Panels of the missed share against the threshold, a line for each a. Where others pass "
-    "the lines of the faster models fall with the threshold to that of the fixed model and below; "
-    "where nobody passes the threshold makes less of a difference.",
+    "the lines of the faster models fall as the threshold rises, and that of a = 0.1 ends below "
+    "that of the fixed model; where nobody passes the threshold makes less of a difference.",
     caption=lambda rows, **_: (
         "How often the head is missed, by threshold, over the first "
         f"{len(rows.levels('film'))} of the films. (a) The light changes. (b) He turns his back, "
-        "too. (c) Others pass as well. Numbers in the keys: a. Dotted: a = 0.02, given up below a "
-        "score of 0.45; no other tracker gives up."
+        "too. (c) Others pass as well. The key in (a) holds for all three. Dotted: a = 0.02, given "
+        "up below a score of 0.45; no other tracker gives up."
     ),
     cols=3,
     width=7.4,
@@ -222,12 +222,11 @@ def grid(
         ax.axhline(fixed, color=MEANING["fixed model"], linestyle="--", label="fixed")
         for (name, trackers), mark in zip(lines.items(), ("o-", "^-", "s-", "o:"), strict=True):
             missed = [here.of("missed", tracker=one).mean() for one in trackers]
-            ax.plot(gates, missed, mark, label=name.removeprefix("a = "), **style)
-        ax.set(xlabel="threshold", ylabel="missed", ylim=(0, 1.6))
-        ax.set_yticks([0, 0.25, 0.5, 0.75, 1])
+            ax.plot(gates, missed, mark, label=name, **style)
+        ax.set(xlabel="threshold", ylabel="missed (share of the frames)", ylim=(0, 1))
+        ax.set_xticks(list(gates))
         ax.set_title(scene.rpartition(", ")[2])
-        keys = {"ncols": 2, "columnspacing": 0.8, "handlelength": 1.4, "handletextpad": 0.4}
-        ax.legend(loc="upper left", title="a", borderaxespad=0.0, **keys)
+    axes[0].legend(loc="upper left", handlelength=1.6)
 
 
 @drawn(
@@ -298,7 +297,7 @@ def girl_overlap(ax: Axes, result: Girl) -> Axes:
     ):
         iou = result.iou[result.variants.index(name)]
         ax.plot(pictures, iou, line, color=MEANING[meaning], label=name, linewidth=width)
-    ax.set(xlabel="frame", ylabel="overlap with the marked head", ylim=(0, 1))
+    ax.set(xlabel="frame", ylabel="overlap with the head", ylim=(0, 1))
     ax.set_xlim(1, pictures[-1])
-    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 0.99), ncols=4, columnspacing=1.2)
+    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 0.99), ncols=2, columnspacing=2.0)
     return ax

@@ -199,8 +199,8 @@ def occlusion(ax: Axes, shares: Sequence[float], errors: Mapping[str, list[Inter
     name="pattern-scale",
     alt="Difference of grey vectors from their model against the scale: smoothing by σ = s lies "
     "above no smoothing; with a model smoothed as well it lies far below.",
-    caption="1 − C at the true place while the pattern grows; mean over patches, bands 95 %. The "
-    "lower, the more alike.",
+    caption="How much vectors differ from those of the model, 1 − C at the true place, while the "
+    "pattern grows; mean over patches, bands 95 %. Smoothed: the picture, by σ = s px.",
     height=3.0,
 )
 def scale(ax: Axes, scales: Sequence[float], unlike: Mapping[str, list[Interval]]) -> Axes:
@@ -209,7 +209,8 @@ def scale(ax: Axes, scales: Sequence[float], unlike: Mapping[str, list[Interval]
     for meaning, row in unlike.items():
         curve(ax, at, row, MEANING[meaning], label=meaning)
     ax.set_yscale("log")
-    ax.set(xlabel="scale s", ylabel="1 − C", xlim=(1, at[-1]), ylim=(2e-4, 5))
+    ax.set_yticks([1e-3, 1e-2, 1e-1, 1], ["0.001", "0.01", "0.1", "1"])
+    ax.set(xlabel="scale s", ylabel="difference 1 − C", xlim=(1, at[-1]), ylim=(2e-4, 5))
     ax.legend(loc="upper left")
     return ax
 
