@@ -1,6 +1,8 @@
 """Docstrings begin with a noun or a verb, in the plain English of an engineer."""
 
 import ast
+import doctest
+import importlib
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -49,6 +51,23 @@ def test_first_lines_stand_alone(folder: str):
     ]
     assert files
     assert not found
+
+
+EXAMPLES = [
+    ".".join(file.relative_to(ROOT / start).with_suffix("").parts)
+    for start in ("lib", "")
+    for folder in FOLDERS
+    if folder.startswith(start or "data_synth")
+    for file in sorted((ROOT / folder).rglob("*.py"))
+    if ">>> " in file.read_text("utf-8")
+]
+
+
+@pytest.mark.parametrize("module", EXAMPLES)
+def test_printed_examples_give_what_they_print(module: str):
+    found = doctest.testmod(importlib.import_module(module))
+    assert found.attempted > 0
+    assert not found.failed
 
 
 def test_a_fragment_is_found():

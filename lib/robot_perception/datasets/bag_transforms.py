@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import NamedTuple, final
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from robot_perception.datasets import bags
 from robot_perception.datasets.bags import Bag, Meaning
@@ -331,7 +331,7 @@ def frame_name(name: str) -> str:
     return name.lstrip("/")
 
 
-def _is_unit(places: Float[np.ndarray, "... 7"]) -> np.ndarray:
+def _is_unit(places: Float[np.ndarray, "... 7"]) -> np.bool_ | Bool[np.ndarray, "..."]:
     return np.abs(np.linalg.norm(places[..., 3:], axis=-1) - 1) < UNIT
 
 

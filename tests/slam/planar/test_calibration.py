@@ -91,6 +91,15 @@ def test_inflation_is_the_variance_of_a_mean_of_lasting_errors():
         assert inflation == pytest.approx(exact, rel=0.01)
 
 
+def test_errors_that_do_not_average_out_have_no_inflation():
+    lasting = np.array([0.5, 1.0])
+    sensors = Calibration(
+        0.0, np.ones(2), 0.0, np.ones(2), np.zeros(2), np.ones(2), lasting, 0.3, 0
+    )
+    with pytest.raises(ValueError, match=r"persistence must be below 1, got \[0\.5 1\. \]"):
+        _ = sensors.inflation
+
+
 def test_sensors_of_several_robots_are_pooled_without_their_biases():
     rngs = np.random.default_rng(3).spawn(2)
     one, other = (calibrated(make_robot(rng, seconds=120.0)) for rng in rngs)
@@ -107,6 +116,7 @@ def test_sensors_of_several_robots_are_pooled_without_their_biases():
     ("changes", "said"),
     [
         ({"delays": np.empty(0)}, "delays must hold one"),
+        ({"observed": np.arange(12.0)[::-1]}, r"observed must not fall, got 10\.0 after 11\.0"),
         ({"places": {6: np.zeros(2)}}, r"places must have all names seen, none of"),
         ({"observed": -np.ones(12)}, "observed, names, values and places must give right"),
         ({"velocities": np.ones((200, 2)) * [1, 0]}, "velocities must turn"),

@@ -96,7 +96,14 @@ class Calibration:
 
         for the mean of n errors whose correlation falls by the factor ρ from image to image. A
         filter that takes errors for independent may multiply their variance by this factor.
+
+        Raises
+        ------
+        ValueError
+            If a persistence is 1 or more: such errors do not average out.
         """
+        if (self.persistence >= 1).any():
+            raise ValueError(f"persistence must be below 1, got {self.persistence}")
         rho = np.maximum(self.persistence, 0.0) ** (self.interval / WINDOW)
         return (1 + rho) / (1 - rho)
 
@@ -121,7 +128,7 @@ def calibrate(
     velocities : (commands, 2)
         Speed (m/s) and turn rate (rad/s), held until the next command.
     observed : (sightings,)
-        Times at which landmarks were seen, s; they must not fall, which is not checked.
+        Times at which landmarks were seen, s, not falling.
     names : (sightings,)
         Identifiers of these landmarks.
     values : (sightings, 2)
@@ -136,8 +143,8 @@ def calibrate(
     Raises
     ------
     ValueError
-        If shapes disagree, a number is not finite, the times of commands fall, a landmark has no
-        place, or the truth covers too little of the log.
+        If shapes disagree, a number is not finite, times fall, a landmark has no place, or the
+        truth covers too little of the log.
     """
     times = checks.array("times", times, ("commands",))
     velocities = checks.array("velocities", velocities, (times.size, 2), f"times {times.shape}")
@@ -145,6 +152,9 @@ def calibrate(
     observed, names, values = _sightings(observed, names, values)
     if not delays.size:
         raise ValueError("delays must hold one at least, got none")
+    if (fall := np.flatnonzero(np.diff(observed) < 0)).size:
+        k = int(fall[0])
+        raise ValueError(f"observed must not fall, got {observed[k + 1]} after {observed[k]}")
     errors = sighting_errors(observed, names, values, places=places, truth=truth)
     with checks.computable("velocities"):
         wheels = [_wheels(times, velocities, truth, delay) for delay in delays.tolist()]
