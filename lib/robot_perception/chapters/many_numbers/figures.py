@@ -58,7 +58,7 @@ def carry(ax: Axes, now: SimpleNamespace) -> Axes:
     )
     ax.set(xlim=(-6, 6), ylim=(-2.2, 10.2))
     ax.set(xlabel="robot's place (m)", ylabel="post's place (m)")
-    ax.set_title(f"the post moves by {now.moved[1]:.2f} m, to ± {now.deviations[1][1]:.2f} m")
+    ax.set_title(f"the post moves by {now.moved[1]:.2f} m, σ {now.deviations[1][1]:.2f} m")
     label(ax, 0.02, 0.94, f"ρ = {now.rho:.2f}", MEANING["expected"], transform=ax.transAxes)
     return ax
 
@@ -69,7 +69,8 @@ def carry(ax: Axes, now: SimpleNamespace) -> Axes:
     "and of one shape. After the robot was told its place both are small, and both have moved by "
     "the same way.",
     caption="(a) A robot that hardly knows its place has seen a post. (b) Somebody has told the "
-    "robot where it is (cross). Ellipses hold 95 %; grey: as they were before.",
+    "robot where it is (cross). Ellipses hold 95 %; grey: as they were before. Dotted: from robot "
+    "to post, as estimated.",
     cols=2,
     height=3.4,
 )
@@ -101,8 +102,8 @@ def told(axes: AxesRow, told: SimpleNamespace) -> AxesRow:
             ax.plot(*mean[part], "o", color=MEANING[name], markersize=4)
             label(ax, mean[first], -2.6, word, MEANING[name], ha="center")
         ax.plot(*mean.reshape(2, 2).T, ":", color=MEANING["readings"], linewidth=1.4)
-        ax.set(xlim=(-3.2, 7.4), ylim=(-3.2, 4.0), aspect="equal", title=title, xlabel="m")
-    axes[0].set_ylabel("m")
+        ax.set(xlim=(-3.2, 7.4), ylim=(-3.2, 4.0), aspect="equal", title=title, xlabel="x (m)")
+    axes[0].set_ylabel("y (m)")
     axes[1].plot(*told.beliefs[1][0][:2], "x", color=MEANING["truth"], markersize=7)
     return axes
 
@@ -142,12 +143,16 @@ def mapped(axes: AxesRow, now: SimpleNamespace) -> AxesRow:
 def swing(ax: Axes, now: SimpleNamespace) -> Axes:
     """Draw robots after a step, those that the filter's ellipse holds and the others."""
     ax.clear()
-    for inside, name in ((True, "particles"), (False, "wrong")):
+    for inside, name, word, height in (
+        (True, "particles", "inside", 0.93),
+        (False, "wrong", "outside", 0.86),
+    ):
         ax.plot(*now.points[now.inside == inside].T, ".", color=MEANING[name], markersize=4)
+        label(ax, 0.98, height, word, MEANING[name], ha="right", transform=ax.transAxes)
     ellipses(ax, now.mean[None], now.cov[None], MEANING["Kalman"], deviations=REACH, corners=FINE)
     ax.plot(0, 0, marker=(3, 0, -90), color=MEANING["truth"], markersize=11)
-    ax.set(xlim=(-3, 14), ylim=(-6.8, 6.8), aspect="equal", xlabel="m", ylabel="m")
-    ax.set_title(f"the 95 % ellipse holds {now.share:.0%}")
+    ax.set(xlim=(-3, 14), ylim=(-6.8, 6.8), aspect="equal", xlabel="x (m)", ylabel="y (m)")
+    ax.set_title(f"the 95 % ellipse holds {100 * now.share:.0f} %")
     return ax
 
 
@@ -169,7 +174,7 @@ def survey(ax: Axes, now: SimpleNamespace) -> Axes:
             fill=0.2,
             corners=FINE,
         )
-        title = f"rank 2: ± {now.deviations.max():.2f} m at worst"
+        title = f"rank 2: σ at most {now.deviations.max():.2f} m"
     else:
         unseen, seen = now.vectors.T
         sides = now.place + np.array([[-1], [1]]) * SIDE * now.deviations * seen
@@ -180,7 +185,7 @@ def survey(ax: Axes, now: SimpleNamespace) -> Axes:
         ax.fill(*strip.T, color=MEANING["unobservable"], alpha=0.18, linewidth=0)
         title = "rank 1: a strip without an end"
     ax.plot(*now.place, "o", color=MEANING["robot"], markersize=8)
-    ax.set(xlim=(0, 10), ylim=(-0.6, 5.0), xlabel="m", ylabel="m", title=title)
+    ax.set(xlim=(0, 10), ylim=(-0.6, 5.0), xlabel="x (m)", ylabel="y (m)", title=title)
     return ax
 
 
@@ -192,6 +197,7 @@ def nees(ax: Axes, now: SimpleNamespace) -> Axes:
     band(ax, steps, np.full(len(steps), low), np.full(len(steps), high), MEANING["expected"])
     ax.axhline(2, color=MEANING["expected"], linewidth=1.0)
     ax.plot(steps, now.nees, color=MEANING["estimate"])
+    label(ax, steps[-1] - 0.5, 0.05, "grey line: expected, 2", MEANING["expected"], ha="right")
     ax.set(xlim=(1, steps[-1]), ylim=(0.03, 60), yscale="log", xlabel="step", ylabel="NEES")
     drives = "one drive" if now.drives == 1 else f"{now.drives} drives"
     ax.set_title(f"{drives}: {now.within:.0%} of the steps inside")

@@ -89,8 +89,9 @@ def doors(ax: Axes, now: SimpleNamespace) -> Axes:
     alt="After one word the belief has three humps, and the Gaussian with its mean and deviation "
     "is one wide hump whose middle is in front of a wall. After two words and a measurement of the "
     "laser belief and Gaussian are nearly the same narrow hump.",
-    caption="A belief (filled) and the Gaussian with its mean and its variance (dashed). After one "
-    "word the Gaussian is highest in front of a wall; after the laser it will do.",
+    caption="Densities by place: a belief (filled), and the Gaussian of its mean and variance "
+    "(dashed). After one word the Gaussian is highest in front of a wall; after the laser the two "
+    "nearly agree.",
     rows=2,
     height=4.6,
 )
@@ -110,9 +111,10 @@ def summaries(axes: AxesRow, told: SimpleNamespace) -> AxesRow:
 def product(ax: Axes, now: SimpleNamespace) -> Axes:
     """Draw a belief, what a measurement says, and their product, as densities."""
     ax.clear()
-    ax.plot(now.x, now.prior, color=MEANING["first opinion"], label="belief before")
     ax.plot(now.x, now.measurement, color=MEANING["second opinion"], label="measurement")
     filled(ax, now.x, now.posterior, MEANING["estimate"], "product")
+    # dashed, for it may lie on the measurement
+    ax.plot(now.x, now.prior, "--", color=MEANING["first opinion"], label="belief before")
     ax.set(xlim=(now.x[0], now.x[-1]), ylim=(-0.12, 1.7))
     ax.plot(now.z, 0, "^", color=MEANING["second opinion"], markersize=10)
     ax.set(xlabel="place in the corridor (m)", ylabel="density (1/m)")
@@ -152,7 +154,8 @@ def run(ax: Axes, told: SimpleNamespace) -> Axes:
     "its band does not hold zero. The filter of place and speed falls behind at first, catches up "
     "within some steps, and overshoots when the robot is stopped.",
     caption="Somebody pushes the robot from step 6 to step 26 (shaded). Errors of two filters, "
-    "with 2σ as each states it: one knows places alone, the other speed as well.",
+    "with 2σ as each states it: one knows places alone, the other speed as well. The true place is "
+    "at zero.",
     height=3.4,
 )
 def lag(ax: Axes, told: SimpleNamespace) -> Axes:
@@ -179,7 +182,7 @@ def bearing(ax: Axes, now: SimpleNamespace) -> Axes:
     ax.plot(place, height, "*", color=MEANING["anchor"], markersize=12)
     ax.plot([now.robot, place], [0, height], ":", color=MEANING["anchor"], linewidth=1.2)
     ax.plot(now.believed, 0, "o", color=MEANING["expected"], markersize=8)
-    ax.set_title(f"off by {now.off:.1f} of the exact deviations")
+    ax.set_title(f"filter's mean: off by {now.off:.1f} exact deviations")
     ax.set_ylabel("scaled to height 1")
     ax.legend(loc="upper left")
     return ax
@@ -188,9 +191,9 @@ def bearing(ax: Axes, now: SimpleNamespace) -> Axes:
 @drawn(
     name="belief-bearings",
     alt="The deviation of the filter falls from a metre to about a decimetre as the robot passes "
-    "the lamp, and grows again beyond it. Its error hardly leaves the band.",
-    caption="One drive past the lamp (dotted: where it hangs). Line: error of the extended filter; "
-    "band: 2σ as it states it; dashed: 2σ of the exact belief.",
+    "the lamp, and grows again beyond it. Zero hardly ever leaves the band.",
+    caption="One drive past the lamp (dotted: where it hangs). Thick line: error of the extended "
+    "filter; band: 2σ as it states it. Dashed: 2σ of the exact belief. Thin line: the true place.",
     height=3.2,
 )
 def passing(ax: Axes, told: SimpleNamespace) -> Axes:

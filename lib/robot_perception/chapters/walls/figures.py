@@ -89,7 +89,7 @@ def _readings(ax: Axes, scan: Found) -> None:
     "line from the farthest reading, a far corner of the room, square onto the line of the "
     "chord.",
     caption="The first question asked of the scan: which reading (magenta) lies farthest "
-    "from the chord (orange)? It is a corner.",
+    "from the chord (orange)? It is a corner. Dashed: its distance.",
     width=4.0,
     height=4.0,
 )
@@ -177,7 +177,7 @@ def printed_rule(axes: Sequence[Axes], counts: Found, scan: Found, printed: Sequ
     "path hulls.",
     caption=lambda plain, hulls, times: (
         "Elementary steps on the worst line, counted. Dashed: proportional to n. In seconds, "
-        f"recorded for 100 000 vertices: {times['ours_s']:.2f} with path hulls, "
+        f"recorded for 100\u202f000 vertices: {times['ours_s']:.2f} with path hulls, "
         f"{times['peer_s']:.1f} without (the package {times['peer']}, compiled)."
     ),
     height=3.6,
@@ -219,8 +219,8 @@ def two_hulls(ax: Axes, found: Found) -> Axes:
 @drawn(
     alt="A curve that crosses itself: the vertices kept by the plain algorithm, and "
     "those kept by unchecked path hulls, with crosses where some of the former are missing.",
-    caption="The same chain twice, crossing edges in magenta. Crosses: vertices that the plain "
-    "algorithm keeps and path hulls miss.",
+    caption="The same chain twice. Dots: vertices kept; magenta: edges that cross. Crosses: "
+    "vertices that the plain algorithm keeps and path hulls miss.",
     cols=2,
     height=3.8,
 )
@@ -275,8 +275,9 @@ def chi_square(ax: Axes, values: Float[np.ndarray, " runs"]) -> Axes:
 @drawn(
     alt="Number of walls against the roughness of the gate, falling from a hundred to a "
     "few. The missed length is least in the middle; the precision falls beyond it.",
-    caption="One drive, poses 2 cm wrong, six gates. Precision: share of the map that is "
-    "real. Without roughness one wall becomes many; with too much, different walls become one.",
+    caption="One drive, poses 2 cm wrong, six gates. (a) Walls in the map. (b) Precision, the "
+    "share of the map's length that is real, and the share of the length reached that is missed. "
+    "Without roughness one wall becomes many; with too much, different walls become one.",
     cols=2,
     height=3.2,
 )

@@ -17,14 +17,15 @@ SHEETS = (FRONT_END / "badge.css", "table.css")
 
 EXPLAINED = {
     Verdict.REPRODUCED: "the whole interval of our number lies inside the stated range",
-    Verdict.CONDITIONAL: "holds in the part of the domain that is named, and was seen to fail "
-    "outside it",
-    Verdict.REFUTED: "our number lies outside, by mathematics or on the paper's own terms",
-    Verdict.NOT_REPRODUCED: "our number lies outside the range, but something stands in for the "
-    "paper's own",
+    Verdict.CONDITIONAL: "the claim holds under a condition that is named, and was seen to fail "
+    "without it",
+    Verdict.REFUTED: "our number lies outside the range, by mathematics or on the paper's own "
+    "terms",
+    Verdict.NOT_REPRODUCED: "our number lies outside the range, but a substitute stands in for "
+    "the paper's own world",
     Verdict.INCONCLUSIVE: "our interval lies partly inside the range and partly outside",
     Verdict.ILLUSTRATED: "the paper gives no number; ours stands beside its words",
-    Verdict.UNTESTABLE: "needs what nobody has",
+    Verdict.UNTESTABLE: "nothing could be measured",
 }
 """Meaning of each verdict, for a reader."""
 
