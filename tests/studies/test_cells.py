@@ -264,12 +264,13 @@ def test_another_function_of_another_notebook_does_not_count(book):
     ("use", "whole"),
     [("first.helper(1)", False), ("first.helper(first)", True), ("vars(first)", True)],
 )
-def test_what_is_tried_is_asked_of_a_notebook_by_name(book, use, whole):
+@pytest.mark.parametrize("hashed", [tried_on, code_of])
+def test_another_notebook_is_asked_by_name(book, use, whole, hashed):
     found = []
     for level, more in ((2, 2), (3, 2), (2, 3)):
         book.write("first", f"LEVEL = {level}\ndef helper(x):\n    return LEVEL\nMORE = {more}")
         text = f"from robot_perception.book import first\ndef f():\n    return {use}"
-        found.append(tried_on(book.made(text).f))
+        found.append(hashed(book.made(text).f))
     assert found[0] != found[1]
     assert (found[0] != found[2]) == whole
 

@@ -253,10 +253,14 @@ class Definitions:
         return {}
 
     def digest(self, name: str) -> str | None:
-        """Hash a definition and what it depends on; ``None`` if there is no such definition."""
+        """Hash a definition and what it depends on; ``None`` if there is no such definition.
+
+        Of a notebook that is imported whole only those names count that are asked of it.
+        """
         if not self._has(name):
             return None
         statements, imports, modules = self.reached(name)
+        modules = _asked_of_books(statements, imports, modules)
         lines = self._lines(name)
         lines += sorted(imports)
         lines += (f"{cell} {code}" for cell, code in self._of_books(modules, Definitions.digest))
@@ -268,18 +272,12 @@ class Definitions:
     def tried(self, name: str) -> str | None:
         """Hash a definition, those it reaches in cells, and the worlds: no algorithm of a room.
 
-        What is tried may be mended, and what it is tried on may not: see `registration`. Of a
-        notebook that is imported whole only those names count that are asked of it.
+        What is tried may be mended, and what it is tried on may not: see `registration`.
         """
         if not self._has(name):
             return None
         statements, imports, modules = self.reached(name)
-        nodes, book = _nodes(statements), project().modules
-        for module, imported, alias in map(str.split, imports):
-            asked = asked_of(alias, nodes) if f"{module}." == book else None
-            if asked is not None:
-                whole = f"{book}{imported}:"
-                modules = modules - {whole} | {f"{whole}{one}" for one in asked}
+        modules, book = _asked_of_books(statements, imports, modules), project().modules
         own = (book, *(f"{package}." for package in project().worlds))
         lines = self._lines(name)
         lines += (
@@ -408,6 +406,22 @@ def _refined(
             asked[whole] = before | names if names and before is not None else None
     found = (one for one in modules if not one.startswith(project().modules))
     return {f"{one}:{name}" if name else one for one in found for name in asked.get(one) or ("",)}
+
+
+def _asked_of_books(
+    statements: Mapping[str, Iterable[ast.stmt]], imports: Iterable[str], modules: set[str]
+) -> set[str]:
+    """Return modules with the names that are asked of other notebooks, where these are known.
+
+    A notebook that is handed on whole, or that a function itself imports, stays whole.
+    """
+    found, nodes, book = set(modules), _nodes(statements), project().modules
+    for module, imported, alias in map(str.split, imports):
+        asked = asked_of(alias, nodes) if f"{module}." == book else None
+        if asked is not None:
+            whole = f"{book}{imported}:"
+            found = found - {whole} | {f"{whole}{one}" for one in asked}
+    return found
 
 
 def _nodes(statements: Mapping[str, Iterable[ast.stmt]]) -> list[ast.AST]:
