@@ -31,8 +31,8 @@ def card(ax: Axes, met: SimpleNamespace) -> Axes:
     name="tutor-hero",
     alt="Two people before a cluttered wall. A solid square marks one face, a dashed one the "
     "other.",
-    caption="Both faces are found. Solid: the robot says that this is its tutor. Dashed: it says "
-    "that it does not know this person. We chose a picture in which it is right.",
+    caption="Both faces are found. Solid: the robot says that it is its tutor. Dashed: it says "
+    "that it does not know who that is. A picture in which it is right.",
     width=5.2,
     height=3.9,
     gridspec_kw=_PHOTO,
@@ -53,9 +53,7 @@ def hero(ax: Axes, met: SimpleNamespace) -> Axes:
 def turns(ax: Axes, degrees: Sequence[int], found: Sequence[Interval]) -> Axes:
     """Draw the rate by the turn of the head."""
     curve(ax, degrees, found, MEANING["camera"])
-    ax.set(
-        xlabel="turn of the head (°)", ylabel="share found", xlim=(0, degrees[-1]), ylim=(0, 1.02)
-    )
+    ax.set(xlabel="turn of the head (°)", ylabel="found", xlim=(0, degrees[-1]), ylim=(0, 1.02))
     return ax
 
 
@@ -63,8 +61,7 @@ def turns(ax: Axes, degrees: Sequence[int], found: Sequence[Interval]) -> Axes:
     name="tutor-space",
     alt="Five small pictures: a mean face, and four eigenimages that look like ghosts of faces, "
     "with other hair and other light.",
-    caption="The mean face Ψ of the gallery, and the four directions u1 to u4 in which the gallery "
-    "varies most.",
+    caption="The mean face of the gallery, and the four directions in which it varies most.",
     cols=5,
     width=7.6,
     height=1.7,
@@ -102,10 +99,10 @@ def asking(axes: np.ndarray, state: SimpleNamespace) -> None:
     name="tutor-window",
     alt="Two pictures of a film. In the first a tight dashed frame surrounds a face that looks to "
     "the camera. In the second the face looks away, and the frame is much wider.",
-    caption="(a) A face that was found in the picture before. (b) The same face when it has not "
-    "been found for some pictures. Cross: the predicted middle, three standard deviations to each "
-    "side. Dashed: the window in which the detector looks, wider by the face and a margin. Dotted: "
-    "the true face.",
+    caption="(a) A face that was found in the picture before. (b) One that has not been found "
+    "for some pictures. Cross: three standard deviations of the predicted middle, to each side. "
+    "Dashed: the window in which the detector looks, wider by the face and a margin. Dotted: the "
+    "true face.",
     cols=2,
     width=7.6,
     height=2.9,
@@ -149,7 +146,7 @@ def weights(axes: np.ndarray, one: SimpleNamespace) -> None:
     middle.plot(u, one.f / one.f.max(), "o", color=MEANING["estimate"], markersize=3, label="f")
     middle.plot(u, one.g / one.g.max(), "o", color=MEANING["camera"], markersize=4,
                 fillstyle="none", label="g")  # fmt: skip
-    middle.set(xlabel="column (px)", ylabel="f, g over their largest", ylim=(0, 1.05))
+    middle.set(xlabel="column (px)", ylabel="density", ylim=(0, 1.05))
     middle.legend(loc="upper right")
     right.plot(u, one.correction, "o", color=MEANING["estimate"], markersize=3)
     right.set(xlabel="column (px)", ylabel="correction", ylim=(0, None))
