@@ -69,7 +69,7 @@ def views(axes: Sequence[Axes], seen: Mapping[str, Any]) -> Sequence[Axes]:
         ax.set_aspect("equal")
         ax.set_xticks([])
         ax.set_yticks([])
-        ax.set_title(name)
+        ax.set_title("sonars" if name == "echoes" else name)
     return axes
 
 
