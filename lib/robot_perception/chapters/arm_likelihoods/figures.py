@@ -165,8 +165,8 @@ def hidden(ax: Axes, of: Glance, state: Float[np.ndarray, " 8"]) -> Axes:
     name="likelihoods-straight",
     alt="Two lines over the turn of the upper arm: for a bent elbow a V that rises to many pixels, "
     "for a straight one a flat line at zero.",
-    caption="How far the point of the contour that moves most moves in the picture when the upper "
-    "arm turns about its axis.",
+    caption="The largest motion of a point of the contour in the picture, as the upper arm turns "
+    "about its axis.",
     height=2.8,
 )
 def straight(

@@ -121,8 +121,8 @@ def ablation(ax: Axes, table: Table, column: str) -> Axes:
     alt="Two clouds of points on a picture of a person, one at each hand. In each a few points are "
     "much larger than the others.",
     caption="One picture of the auxiliary filter. Small dots: both wrists of each of the four "
-    "hundred particles after it has moved. Large dots: the same wrists, their area by the weight. "
-    "The few large dots decide.",
+    "hundred particles after it has moved. Large dots: the same, by weight. The few large dots "
+    "decide.",
     width=5.6,
     height=4.2,
     gridspec_kw=_PHOTO,

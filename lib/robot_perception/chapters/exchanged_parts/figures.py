@@ -30,8 +30,8 @@ def _ring(ax: Axes, now: Any, size: float, colour: str, **kwargs: object) -> Non
     name="parts-head",
     alt="A rendered room with a head. Ellipse A is a dot inside the head, B is six times as large "
     "as the head, and C lies on it.",
-    caption="The last frame of a film of ten seconds. Dashed: the true head. A, B, C: ellipses of "
-    "the size that three rules give; the middle is told.",
+    caption="The last frame of a film of ten seconds. Dashed: the true head. A, B, C: the size by "
+    "three rules; the middle is told.",
     width=5.2,
     height=4.0,
     gridspec_kw=_PHOTO,
@@ -68,8 +68,8 @@ def sized(ax: Axes, now: Any) -> Axes:
     name="parts-courses",
     alt="Size over true size against frames, on a logarithmic scale: one line falls to a fifth, "
     "one rises to five, three stay at one.",
-    caption="Size of the ellipse over the true size, median of sixty films. Three rules keep the "
-    "size; their lines cannot be told apart.",
+    caption="Size over the true size, median of sixty films. Three rules keep the size; their "
+    "lines cannot be told apart.",
     height=3.4,
 )
 def courses(ax: Axes, rows: Rows, strays: Mapping[str, str]) -> Axes:
