@@ -51,7 +51,9 @@ def surface(ax: Axes, heights: Float[np.ndarray, "aways bends"], true: np.ndarra
               aspect="auto", interpolation="nearest")  # fmt: skip
     ax.plot(*true, "o", markersize=12, markerfacecolor="none", color=MEANING["right"],
             markeredgewidth=2.0)  # fmt: skip
-    ax.set(xlabel="arm lifted by (°)", ylabel="elbow (°)", xlim=_EXTENT[:2], ylim=_EXTENT[2:])
+    ax.set(
+        xlabel="arm lifted by (°)", ylabel="elbow bent by (°)", xlim=_EXTENT[:2], ylim=_EXTENT[2:]
+    )
     ax.grid(visible=False)
     scale(ax, (0.0, 1.0), (0, 0.5, 1), "")
 
@@ -74,7 +76,7 @@ def card(ax: Axes) -> Axes:
     cols=3,
     width=7.6,
     height=2.9,
-    gridspec_kw={"left": 0.005, "right": 0.98, "bottom": 0.18, "top": 0.8, "wspace": 0.36},
+    gridspec_kw={"left": 0.005, "right": 0.98, "bottom": 0.18, "top": 0.77, "wspace": 0.36},
 )
 def hero(axes: np.ndarray, heights: Mapping[str, Float[np.ndarray, "aways bends"]]) -> None:
     """Draw the picture and two surfaces, by their titles."""
@@ -92,8 +94,8 @@ def hero(axes: np.ndarray, heights: Mapping[str, Float[np.ndarray, "aways bends"
     alt="Two curves over the angle of an arm: the share of contour points on an edge jumps up and "
     "down all along, by much; the one from distances trembles, too, but by little, and rises to "
     "its peak at the true angle.",
-    caption="An arm is turned by up to 45° to either side of its true angle. Both scores are drawn "
-    "from their lowest to their highest value.",
+    caption="Two scores of an arm that is turned by up to 45° to either side of its true angle, "
+    "which is 0°. Each is scaled from its lowest value, 0, to its highest, 1.",
     height=3.0,
 )
 def bumps(
@@ -107,7 +109,7 @@ def bumps(
         ax.plot(degrees, (score - score.min()) / np.ptp(score), color=MEANING[colour],
                 linewidth=1.5)  # fmt: skip
         label(ax, -44, 1.25 if name == "edges" else 1.08, meaning, MEANING[colour], ha="left")
-    ax.set(xlabel="turned by (°)", ylabel="score", xlim=(-45, 45), ylim=(0, 1.4))
+    ax.set(xlabel="turned by (°)", ylabel="scaled score", xlim=(-45, 45), ylim=(0, 1.4))
     return ax
 
 
@@ -115,8 +117,8 @@ def bumps(
     name="likelihoods-field",
     alt="A person before a cluttered wall, a ring on one hand, and a grey map of the same size "
     "that is dark but for a few bright spots, on hands and face above all.",
-    caption="(a) The picture. (b) How much a square of 8 px looks like the one at the ring. "
-    "The bar says how likely, as a share of the most alike place.",
+    caption="(a) The picture. (b) The likelihood that a square of 8 px shows what the square at "
+    "the ring shows, as a share of that of the most similar place.",
     cols=2,
     width=7.4,
     height=3.2,
@@ -140,8 +142,8 @@ def field(axes: np.ndarray, alike: SimpleNamespace) -> None:
     name="likelihoods-hidden",
     alt="A person before a bare wall. Round points follow an arm. Crosses show another pose in "
     "which most of it is hidden.",
-    caption="Points: the true pose. Crosses: a pose that hides the arm; small ones are hidden. By "
-    "eq. (2), summed over visible points, the hidden pose is the better one.",
+    caption="Points: the true pose of one arm. Crosses: a pose that hides most of this arm; small "
+    "marks are hidden points. By eq. (2), summed over visible points, the hidden pose is better.",
     width=5.6,
     height=4.2,
     gridspec_kw={"left": 0.01, "right": 0.99, "bottom": 0.01, "top": 0.99},
@@ -163,7 +165,8 @@ def hidden(ax: Axes, of: Glance, state: Float[np.ndarray, " 8"]) -> Axes:
     name="likelihoods-straight",
     alt="Two lines over the turn of the upper arm: for a bent elbow a V that rises to many pixels, "
     "for a straight one a flat line at zero.",
-    caption="How far a point of the contour moves at most when the upper arm turns about its axis.",
+    caption="The largest motion of a point of the contour in the picture, as the upper arm turns "
+    "about its axis.",
     height=2.8,
 )
 def straight(
@@ -174,7 +177,7 @@ def straight(
         colour = "information" if bend else "unobservable"
         name = f"elbow bent by {np.degrees(bend):.0f}°" if bend else "straight arm"
         ax.plot(turns, moved, color=MEANING[colour], linewidth=2.0)
-        label(ax, 86, 20.0 if bend else 2.2, name, MEANING[colour], ha="right")
+        label(ax, *((45, 22.0) if bend else (86, 2.2)), name, MEANING[colour], ha="right")
     ax.set(xlabel="turned about its axis by (°)", ylabel="moves by (px)", xlim=(-90, 90))
     return ax
 

@@ -62,7 +62,7 @@ def errors(ax: Axes, state: SimpleNamespace) -> None:
         ax.plot(np.minimum(state.wrists[:, arm], 99), style, color=MEANING["error"], linewidth=1.8)
     ax.axhline(state.near, color=MEANING["expected"], linestyle=":", linewidth=1.4)
     ax.axvline(state.time, color=MEANING["truth"], linewidth=1.2)
-    ax.set(xlim=(0, len(state.wrists) - 1), ylim=(0, 100), xlabel="picture", ylabel="px")
+    ax.set(xlim=(0, len(state.wrists) - 1), ylim=(0, 100), xlabel="picture", ylabel="off (px)")
 
 
 def card(ax: Axes, state: SimpleNamespace) -> Axes:
@@ -96,7 +96,7 @@ def hero(ax: Axes, state: SimpleNamespace) -> Axes:
 def counts(ax: Axes, particles: Sequence[int], errors: Sequence[Interval]) -> Axes:
     """Draw errors by number of particles."""
     curve(ax, particles, errors, MEANING["estimate"])
-    ax.set(xscale="log", xlabel="particles", ylabel="angles off by (°)", ylim=(0, None))
+    ax.set(xscale="log", xlabel="particles", ylabel="error of the angles (°)", ylim=(0, None))
     ax.set_xticks(particles, [str(n) for n in particles])
     return ax
 
@@ -104,15 +104,15 @@ def counts(ax: Axes, particles: Sequence[int], errors: Sequence[Interval]) -> Ax
 @drawn(
     name="arms-ablation",
     alt="A bar for each set of cues: the share of the time that an arm is held in clutter.",
-    caption="Share of the time that an arm is held, gestures before clutter. Lines: 95 % over "
-    "films.",
+    caption="Share of the time in which an arm is held, by what the tracker uses; gestures before "
+    "clutter. Lines: 95 % over films.",
     height=3.2,
     gridspec_kw={"left": 0.4, "right": 0.97, "bottom": 0.15, "top": 0.98},
 )
 def ablation(ax: Axes, table: Table, column: str) -> Axes:
     """Draw the recorded shares by set of cues."""
     found = {name: table[name, column] for name in table.rows}
-    bars(ax, found, MEANING["agreement"], "arms held")
+    bars(ax, found, MEANING["agreement"], "share of the time")
     return ax
 
 
@@ -120,8 +120,8 @@ def ablation(ax: Axes, table: Table, column: str) -> Axes:
     name="arms-resampling",
     alt="Two clouds of points on a picture of a person, one at each hand. In each a few points are "
     "much larger than the others.",
-    caption="One picture of the auxiliary filter. Small dots: a wrist of each of the four "
-    "hundred particles after it has moved. Large ones: the same, by weight. The few large dots "
+    caption="One picture of the auxiliary filter. Small dots: both wrists of each of the four "
+    "hundred particles after it has moved. Large dots: the same, by weight. The few large dots "
     "decide.",
     width=5.6,
     height=4.2,
@@ -143,9 +143,9 @@ def resampling(
     alt="Seen from above, a camera below and a shoulder two metres before it. Two rays leave the "
     "shoulder: where the arm points, and where the robot says that it points, with a wedge about "
     "the second one.",
-    caption="The arm of the first figure, seen from above; the camera looks upwards in this "
+    caption="The raised arm of the first figure, seen from above; the camera looks upwards in this "
     "drawing. Rays of three metres: where the arm points, and where the tracker says that it "
-    "points. Wedge: the mean error over all films, to both sides.",
+    "points. Wedge: the mean error over all films, to both sides of the tracker's ray.",
     height=3.9,
 )
 def ray(ax: Axes, shoulder: np.ndarray, true: np.ndarray, told: np.ndarray, error: float) -> Axes:

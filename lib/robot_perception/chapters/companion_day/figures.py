@@ -34,6 +34,7 @@ ASKED = {
 _AHEAD = 0.6  # length of the line that says where a robot looks, m
 _SHOWN = (1.5, 20.5, -0.4, 3.2)  # of the corridor: low and high x, low and high y, m
 _TURN = np.linspace(0, 2 * np.pi, 25)
+_VIEWS = {"left": 0.01, "right": 0.99, "bottom": 0.02, "top": 0.93, "wspace": 0.06, "hspace": 0.16}
 
 
 @drawn(
@@ -43,10 +44,12 @@ _TURN = np.linspace(0, 2 * np.pi, 25)
     alt="Six views from one place of a corridor: a grey and a coloured picture with doors and "
     "posters, a painted ceiling with lamps, a round fisheye picture, a plan with the points of a "
     "laser along the walls, and one with the sectors of sonars.",
-    caption="One floor for all sensors, from one place: left eye, camera ahead, camera above, "
-    "fisheye, laser, sonars.",
+    caption="What each sensor reports from one place of the floor. Grey and coloured pictures: the "
+    "left eye of the stereo pair, the camera ahead, the camera above, the fisheye. Plans: walls "
+    "(green), the robot (red), and what laser and sonars measure (blue).",
     width=6.8,
-    height=4.4,
+    height=4.2,
+    gridspec_kw=_VIEWS,
 )
 def views(axes: Sequence[Axes], seen: Mapping[str, Any]) -> Sequence[Axes]:
     """Draw what each sensor reports from one place."""
@@ -66,7 +69,7 @@ def views(axes: Sequence[Axes], seen: Mapping[str, Any]) -> Sequence[Axes]:
         ax.set_aspect("equal")
         ax.set_xticks([])
         ax.set_yticks([])
-        ax.set_title(name)
+        ax.set_title("sonars" if name == "echoes" else name)
     return axes
 
 
@@ -103,9 +106,9 @@ def film_of(told: Mapping[str, Any], name: str | None = "day-film") -> Shown:
         alt="A corridor from above, in which a robot goes to and fro, and a red one, where "
         "it takes itself to be, stays on it; above, what its camera shows: posters, the ceiling, "
         "people round it, a tutor who raises a hand and points. Words say act and state.",
-        caption="A day of the robot, in nine acts. Above left: what the camera shows that is "
-        "asked. Below, the corridor from above: the robot, where it takes itself to be "
-        f"(red), and people (blue). {end}",
+        caption="A day of the robot, in nine acts. Picture: from the camera that the act uses. "
+        "Plan: the corridor from above, with the robot, where it takes itself to be (red), and "
+        f"people (blue). {end}",
     )
 
 
@@ -161,8 +164,9 @@ def corridor(ax: Axes, walls: np.ndarray) -> Axes:
     name="day-ledger",
     alt="A row for each act, a column for each day: most squares are green, those of acts whose "
     "goals were missed are red, some are left empty where the act could not be tried.",
-    caption="Acts and days. Green: the goal was reached; red, with a cross: missed, and somebody "
-    "helped; empty: not tried. On the right, on how many days the goal was reached.",
+    caption="Acts and days. Green squares: the goal was reached; red crosses: it was missed, and "
+    "somebody helped; empty: not tried. Behind each line: on how many of the days on which it was "
+    "tried the goal was reached.",
     width=6.6,
     height=3.6,
 )
@@ -184,8 +188,8 @@ def ledger(ax: Axes, found: np.ndarray, acts: Sequence[str]) -> Axes:
     name="day-worth",
     alt="For each of eight systems two dots with intervals: the share of the days with what asks "
     "it, above with the system, below without it.",
-    caption="Share of the days on which all acts that ask a system reach their goals: with the "
-    "system (filled) and without it (open), with 95 % intervals over days.",
+    caption="Share of the first five days on which all acts that use a system reach their goals: "
+    "with the system (filled) and without it (open), with 95 % intervals over days.",
     width=6.4,
     height=4.2,
     gridspec_kw={"left": 0.25, "right": 0.97, "bottom": 0.14, "top": 0.97},
@@ -210,7 +214,7 @@ def worth(ax: Axes, found: Mapping[str, tuple[Interval, Interval, int]]) -> Axes
 
 def blinded(ax: Axes, now: Any) -> Axes:
     """Draw the way of a robot that lacks a system, and where it took itself to be."""
-    corridor(ax, now.walls)
+    corridor(ax, now.walls).set_position((0.01, 0.01, 0.98, 0.86))
     for part in np.unique(now.steps[:, 0]):
         some = now.steps[now.steps[:, 0] == part]
         ax.plot(*some[:, 1:3].T, color=MEANING["truth"], linewidth=2.0)

@@ -68,7 +68,7 @@ def sized(ax: Axes, now: Any) -> Axes:
     name="parts-courses",
     alt="Size over true size against frames, on a logarithmic scale: one line falls to a fifth, "
     "one rises to five, three stay at one.",
-    caption="Sizes over the true ones, medians of sixty films. Three rules keep the size; their "
+    caption="Size over the true size, median of sixty films. Three rules keep the size; their "
     "lines cannot be told apart.",
     height=3.4,
 )
@@ -98,7 +98,7 @@ def reached(ax: Axes, now: Any) -> Axes:
         above = meaning == "robot"
         end = values.max() + 0.4 if above else values.min() - 0.4
         label(ax, now.counts[-1], end, name, MEANING[meaning], ha="right")
-    ax.set(xscale="log", ylim=(-0.6, 5.6), xlabel="particles", ylabel="error (deviations)")
+    ax.set(xscale="log", ylim=(-0.6, 5.6), xlabel="particles", ylabel="distance from the truth (σ)")
     ax.set_xticks(now.counts, [f"{n}" for n in now.counts])
     ax.minorticks_off()
     return ax
@@ -121,6 +121,6 @@ def gated(ax: Axes, now: Any) -> Axes:
     ring = {"markersize": 16, "fillstyle": "none", "markeredgewidth": 2.4}
     ax.plot(now.light, now.stops, "o", color=MEANING["rule"], **ring)
     ax.set(xlim=(0, 1), ylim=(0, 1))
-    ax.set(xlabel="lost as the light fails", ylabel="lost to who stops")
+    ax.set(xlabel="share lost as the light fails", ylabel="share lost where somebody stops")
     ax.set_title(f"of all films {(now.light + now.stops) / 2:.0%} are lost")
     return ax
