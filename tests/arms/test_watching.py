@@ -13,6 +13,7 @@ from robot_perception.arms.watching import ArmWatch, WatchState, arm_logs
 from robot_perception.beliefs import ParticleSet
 from tests.arms.test_likelihoods import CAMERA
 from tests.arms.test_tracker import FILM
+from tests.unchecked import unchecked
 
 FEW = ArmTracker(CAMERA, rules=ArmRules(particles=60))
 
@@ -157,5 +158,5 @@ def test_what_is_no_share_is_refused(wrong, said):
 
 
 def test_a_tracker_s_state_is_no_state_of_a_watch():
-    with pytest.raises(TypeError, match="state must be a WatchState"):
+    with unchecked(), pytest.raises(TypeError, match="state must be a WatchState"):
         ArmWatch(FEW).step(begun().arms, FILM.frames[1], rng=rng())

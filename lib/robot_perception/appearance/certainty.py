@@ -198,7 +198,7 @@ def _halves(image: Image, inside: Mask, rules: CertaintyRules) -> Float[np.ndarr
     u, v = (2 * x - (x.min() + x.max()) for x in (u, v))  # from the middle, to both sides
     parts = [u <= 0, u >= 0, v <= 0, v >= 0]
     counts = [np.bincount(index[inside][part], minlength=rules.binning.count) for part in parts]
-    return np.array([shares(each) for each in counts])
+    return np.array([shares(each.astype(float)) for each in counts])
 
 
 def _scaled(outline: Outline, scale: float) -> Outline:
