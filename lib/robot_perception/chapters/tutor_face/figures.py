@@ -32,7 +32,7 @@ def card(ax: Axes, met: SimpleNamespace) -> Axes:
     alt="Two people before a cluttered wall. A solid square marks one face, a dashed one the "
     "other.",
     caption="Both faces are found. Solid: the robot says that it is its tutor. Dashed: it says "
-    "that it does not know who that is. A picture in which it is right.",
+    "that it does not know who that is. We chose a picture in which it is right.",
     width=5.2,
     height=3.9,
     gridspec_kw=_PHOTO,
@@ -53,7 +53,9 @@ def hero(ax: Axes, met: SimpleNamespace) -> Axes:
 def turns(ax: Axes, degrees: Sequence[int], found: Sequence[Interval]) -> Axes:
     """Draw the rate by the turn of the head."""
     curve(ax, degrees, found, MEANING["camera"])
-    ax.set(xlabel="turn of the head (°)", ylabel="found", xlim=(0, degrees[-1]), ylim=(0, 1.02))
+    ax.set(
+        xlabel="turn of the head (°)", ylabel="share found", xlim=(0, degrees[-1]), ylim=(0, 1.02)
+    )
     return ax
 
 
@@ -146,7 +148,7 @@ def weights(axes: np.ndarray, one: SimpleNamespace) -> None:
     middle.plot(u, one.f / one.f.max(), "o", color=MEANING["estimate"], markersize=3, label="f")
     middle.plot(u, one.g / one.g.max(), "o", color=MEANING["camera"], markersize=4,
                 fillstyle="none", label="g")  # fmt: skip
-    middle.set(xlabel="column (px)", ylabel="density", ylim=(0, 1.05))
+    middle.set(xlabel="column (px)", ylabel="f, g over their largest", ylim=(0, 1.05))
     middle.legend(loc="upper right")
     right.plot(u, one.correction, "o", color=MEANING["estimate"], markersize=3)
     right.set(xlabel="column (px)", ylabel="correction", ylim=(0, None))

@@ -25,7 +25,7 @@ def followed_face(steps: Sequence[SimpleNamespace], poster: int) -> Shown:
         alt="A person moves before a wall and looks away now and then. A solid square stays on the "
         "face, also while it looks away; a dashed frame round it widens then and shrinks again.",
         caption="Dotted: the face. Solid: where the filter has it. Dashed: the window in which the "
-        "detector looks. Below: the share of the picture that is searched; shaded where that "
+        "detector looks. Curve: the share of the picture that is searched; shaded where that "
         "search finds no face.",
     )
 

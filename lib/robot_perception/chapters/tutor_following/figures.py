@@ -68,7 +68,8 @@ def card(ax: Axes, met: SimpleNamespace) -> Axes:
 @drawn(
     name="following-hero",
     alt="A person in a hall raises an open hand. A square marks the face, another one the hand.",
-    caption="The face is known, the hand is open and above it: a moment later the robot follows.",
+    caption="Squares: a face that the robot knows, and an open hand above it. A moment later the "
+    "robot follows.",
     width=5.2,
     height=3.9,
     gridspec_kw=_PHOTO,
@@ -122,7 +123,8 @@ def tilts(ax: Axes, table: Table) -> Axes:
         row = list(table.rows[name])
         curve(ax, degrees, row, MEANING[meaning])
         label(ax, degrees[-1] - 0.5, row[-1].estimate + 0.1, name, MEANING[meaning], ha="right")
-    ax.set(xlabel="tilt of the hand (°)", ylabel="found", xlim=(0, degrees[-1]), ylim=(0, 1.05))
+    ax.set(xlabel="tilt of the hand (°)", ylabel="share found")
+    ax.set(xlim=(0, degrees[-1]), ylim=(0, 1.05))
     return ax
 
 
@@ -155,16 +157,16 @@ def states(ax: Axes, table: StateTable) -> Axes:
     alt="A bar for each thing that happens in a visit: after most strangers' hands the robot waits "
     "as it should, and most tutors are recognised; from then on it is mostly in the state that was "
     "ordered, least often while the tutor walks.",
-    caption="What happens, and the state in which the robot should be then: share of the visits "
-    "that came to it in which it is. After a stranger's hand that is to wait. Lines: 95 %. The "
-    "number behind each bar: how many visits came to it.",
+    caption="Row: what happens → the state in which the robot should be then. Bar: share of the "
+    "visits that came to it in which the robot is in this state; how many came stands behind the "
+    "bar. Lines: 95 %.",
     height=3.6,
     gridspec_kw={"left": 0.42, "right": 0.9, "bottom": 0.16, "top": 0.97},
 )
 def orders(ax: Axes, table: Table) -> Axes:
     """Draw how often the robot is in the state in which it should be after each order."""
     named = {f"{name} → {table[name, 'state']}": table[name, "right"] for name in table.rows}
-    bars(ax, named, MEANING["right"], "in the right state")
+    bars(ax, named, MEANING["right"], "share in the right state")
     for k, name in enumerate(table.rows):
         ax.text(1.03, k, f"{table[name, 'came']:.0f}", va="center", fontsize=10)
     return ax
@@ -174,8 +176,8 @@ def orders(ax: Axes, table: Table) -> Axes:
     name="following-patches",
     alt="A person from behind. Four rectangles lie on head, both halves of the back and waist; a "
     "line runs round head and shoulders.",
-    caption="What the follower looks at: four patches of colour, and the outline of head and "
-    "shoulders, where the first picture tells it that the person is.",
+    caption="What the follower looks at, where the first picture tells it that the person is. "
+    "Rectangles: four patches of colour. Dashed: the outline of head and shoulders.",
     width=4.4,
     height=3.3,
     gridspec_kw=_PHOTO,
@@ -215,7 +217,7 @@ def tracking(axes: np.ndarray, state: SimpleNamespace) -> None:
     below.plot(pictures[nobody], np.full(nobody.sum(), -1), "s", color=MEANING["expected"],
                markersize=5)  # fmt: skip
     below.axvline(state.time, color=MEANING["truth"], linewidth=1.2)
-    below.set_yticks((1, 0, -1), ("person", "passer", "nobody"))
+    below.set_yticks((1, 0, -1), ("person", "passer-by", "nobody"))
     below.set(xlim=(-1, len(state.right)), ylim=(-1.6, 1.6), xlabel="picture")
     below.set_title("held at the end" if state.held else "lost at the end", fontsize=10)
 
