@@ -48,13 +48,16 @@ lint: .venv/.book ## ruff on code and notebooks, import contract
 
 PYTEST = ROBOT_PERCEPTION_SITE=$(SITE) $(BIN)/python -m pytest -n $(JOBS) --dist loadfile
 NOTEBOOKS = --nbval-lax --ignore-glob='tests/*.ipynb' book
+TYPES = --jaxtyping-packages=robot_perception,tests.checked
+UNTYPED = __pycache__ book chapters explorables hostile site studies teaching tools
+TYPED = $(filter-out $(UNTYPED:%=tests/%/),$(wildcard tests/*/))
 
 test: lint book ## lint, laws, claims, one drawn trial a study, every notebook, pages that changed
 	$(PYTEST) -m 'not slow' tests $(NOTEBOOKS)
 
 test-all: lint book ## everything: types of every call, more trials, all pages, JupyterLab, other processors, planted errors
-	ROBOT_PERCEPTION_PROOF=all ROBOT_PERCEPTION_LAB_PAGES=all \
-		$(PYTEST) --jaxtyping-packages=robot_perception,tests.checked tests $(NOTEBOOKS)
+	ROBOT_PERCEPTION_PROOF=all ROBOT_PERCEPTION_LAB_PAGES=all $(PYTEST) tests $(NOTEBOOKS)
+	ROBOT_PERCEPTION_PROOF=all $(PYTEST) -m 'not slow' $(TYPES) $(TYPED) tests/test_*.py
 	$(MAKE) test-portable mutants
 
 check: lint ## lint and what a change reaches: against HEAD, or BASE=main; tests, notebooks, pages

@@ -149,7 +149,8 @@ def _are_nanoseconds(path: str | Path) -> bool:
     times = np.array(first, dtype=float)
     unit, steps = clock_unit(times.tolist()), np.diff(times)
     whole = bool((times == np.round(times)).all())
-    return whole and unit in (None, 10**9) and (not steps.size or np.median(steps) >= SHORTEST)
+    apart = not steps.size or bool(np.median(steps) >= SHORTEST)
+    return whole and apart and unit in (None, 10**9)
 
 
 def read_poses(

@@ -290,7 +290,7 @@ def read_stereo_features(folder: str | Path) -> StereoFeatures:
     folder = as_path(folder, "folder")
     camera, _ = read_table(folder / "VO_calibration.txt", "calibration", 6, CAMERA)
     poses, _ = read_table(folder / "VO_camera_poses_large.txt", "pose", 17, POSES)
-    table, _ = read_table(folder / "VO_stereo_factors_large.txt", "observation", 8, FACTORS)
+    table, _ = read_table(folder / FEATURES, "observation", 8, FACTORS)
     fx, fy, _, cx, cy, baseline = camera[0].tolist()
     order = np.argsort(poses[:, 0])
     frames = np.searchsorted(poses[order, 0], table[:, 0])
@@ -298,7 +298,7 @@ def read_stereo_features(folder: str | Path) -> StereoFeatures:
     lost = table[poses[order[frames], 0] != table[:, 0], 0]
     if lost.size:
         raise CorruptLog(
-            f"{folder}: {lost.size} observations are from poses that are not there,"
+            f"{folder / FEATURES}: {lost.size} observations are from poses that are not there,"
             f" the first from {lost[0]:g}"
         )
     return StereoFeatures(
@@ -315,6 +315,7 @@ def _no_id(rows: np.ndarray) -> np.ndarray:
     return ((rows < 0) | (rows > 1e9) | (rows != np.floor(rows))).any(axis=1)
 
 
+FEATURES = "VO_stereo_factors_large.txt"
 CAMERA: tuple[Check, ...] = (
     (
         "a focal length or the baseline is not positive",

@@ -48,7 +48,9 @@ def apply(
     return images[..., :2] / scale
 
 
-def condition_number(homography: Float[np.ndarray, "... 3 3"]) -> Float[np.ndarray, "..."]:
+def condition_number(
+    homography: Float[np.ndarray, "... 3 3"],
+) -> Float[np.ndarray, "..."] | float:
     """Return how near homographies are to singular ones, in whatever units their points are.
 
     Where a matrix is badly conditioned in its own units, rows and columns are scaled until the

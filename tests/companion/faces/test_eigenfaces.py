@@ -131,7 +131,9 @@ def test_the_same_picture_twice_gives_no_direction_of_its_own():
         (lambda: Eigenfaces.learn(FACES[:2] * 0, ["a", "b"], 1), "faces must differ"),
         (lambda: Eigenfaces.learn(FACES[[0] * 7] * 0.1, [*"aaabbbb"], 3), "faces must differ"),
         (
-            lambda: Eigenfaces.learn([FACES[0] / 255, FACES[0] * (1 / 255)], ["a", "a"], 1),
+            lambda: Eigenfaces.learn(
+                np.stack([FACES[0] / 255, FACES[0] * (1 / 255)]), ["a", "a"], 1
+            ),
             "faces must differ",
         ),
         (lambda: enrol(FACES[[3] * 5] / 3, ["a"] * 5, 2), "faces must differ"),

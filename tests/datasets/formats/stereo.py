@@ -128,7 +128,6 @@ FEATURES = (
         "a pose less": Damage(
             joined(FACTORS[0], b"5 9 65 15 10 0.5 0 7"),
             ": 1 observations are from poses that are not",
-            of_folder=True,
         )
     }
 )
