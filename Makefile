@@ -49,7 +49,7 @@ lint: .venv/.book ## ruff on code and notebooks, import contract
 PYTEST = ROBOT_PERCEPTION_SITE=$(SITE) $(BIN)/python -m pytest -n $(JOBS) --dist loadfile
 NOTEBOOKS = --nbval-lax --ignore-glob='tests/*.ipynb' book
 TYPES = --jaxtyping-packages=robot_perception,tests.checked
-UNTYPED = __pycache__ book chapters explorables hostile site studies teaching tools
+UNTYPED = __pycache__ book chapters day explorables hostile site studies teaching tools
 TYPED = $(filter-out $(UNTYPED:%=tests/%/),$(wildcard tests/*/))
 
 test: lint book ## lint, laws, claims, one drawn trial a study, every notebook, pages that changed
