@@ -50,14 +50,15 @@ PYTEST = ROBOT_PERCEPTION_SITE=$(SITE) $(BIN)/python -m pytest -n $(JOBS) --dist
 NOTEBOOKS = --nbval-lax --ignore-glob='tests/*.ipynb' book
 TYPES = --jaxtyping-packages=robot_perception,tests.checked
 UNTYPED = __pycache__ book chapters day explorables hostile site studies teaching tools
-TYPED = $(filter-out $(UNTYPED:%=tests/%/),$(wildcard tests/*/))
+TYPED = $(filter-out $(UNTYPED:%=tests/%/),$(wildcard tests/*/)) \
+	$(filter-out %_cli.py %_commands.py %_data.py %_trackers.py,$(wildcard tests/test_*.py))
 
 test: lint book ## lint, laws, claims, one drawn trial a study, every notebook, pages that changed
 	$(PYTEST) -m 'not slow' tests $(NOTEBOOKS)
 
 test-all: lint book ## everything: types of every call, more trials, all pages, JupyterLab, other processors, planted errors
 	ROBOT_PERCEPTION_PROOF=all ROBOT_PERCEPTION_LAB_PAGES=all $(PYTEST) tests $(NOTEBOOKS)
-	ROBOT_PERCEPTION_PROOF=all $(PYTEST) -m 'not slow' $(TYPES) $(TYPED) tests/test_*.py
+	ROBOT_PERCEPTION_PROOF=all $(PYTEST) -m 'not slow' $(TYPES) $(TYPED)
 	$(MAKE) test-portable mutants
 
 check: lint ## lint and what a change reaches: against HEAD, or BASE=main; tests, notebooks, pages

@@ -5,7 +5,7 @@ import math
 import os
 import re
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from inspect import signature
 from itertools import pairwise, product
@@ -304,7 +304,7 @@ class Clocks:
             print(f"{path}: its times are read in {told}, as their size tells")
         return found
 
-    def check(self, *timed: tuple[Path, Sequence[float]]) -> None:
+    def check(self, *timed: tuple[Path, Collection[float]]) -> None:
         """Raise ``ValueError`` unless two recordings have times in common.
 
         Where they hardly have, and would have most in units in which their steps are more usual, it
@@ -328,7 +328,7 @@ class Clocks:
         few = "hardly a time" if common >= 0 else "no time"
         raise ValueError(f"{few} in common: {' and '.join(spans)}{advice}")
 
-    def _advice(self, timed: Sequence[tuple[Path, Sequence[float]]], oddity: float) -> str:
+    def _advice(self, timed: Sequence[tuple[Path, Collection[float]]], oddity: float) -> str:
         """Return which units would give two recordings times in common, in less odd steps."""
         choices = [self._possible(path) or [("", times)] for path, times in timed]
         found = [
@@ -339,7 +339,7 @@ class Clocks:
         least, units = min(found, default=(math.inf, []))
         return f"; {_call(units)}" if least < oddity else ""
 
-    def _possible(self, path: Path) -> list[tuple[str, Sequence[float]]]:
+    def _possible(self, path: Path) -> list[tuple[str, Collection[float]]]:
         """Return the units in which a recording can be read, each with its times, s."""
         possible = []
         for unit in TIME_UNITS if path in self._again else ():
@@ -353,13 +353,13 @@ def _call(units: Iterable[str | None]) -> str:
     return f"{' '.join(f'--time-unit {unit or TIME_UNITS[0]}' for unit in units)} would help"
 
 
-def _span(times: Sequence[float]) -> str:
+def _span(times: Collection[float]) -> str:
     """Return from when to when times reach, in words."""
     first, last = min(times), max(times)
     return f"at {first:.3f} s" if first == last else f"from {first:.3f} to {last:.3f} s"
 
 
-def _in_common(first: Sequence[float], second: Sequence[float]) -> float:
+def _in_common(first: Collection[float], second: Collection[float]) -> float:
     """Return the share of the longer one of two recordings in which there is the other, too.
 
     Below 0 where they do not overlap.
@@ -372,7 +372,7 @@ def _in_common(first: Sequence[float], second: Sequence[float]) -> float:
     return (end - begin) / longest if longest else 1.0
 
 
-def _oddity(times: Sequence[float]) -> float:
+def _oddity(times: Collection[float]) -> float:
     """Return how far from usual the steps between times are, as a power of ten."""
     places = sorted({*times})
     steps = [b - a for a, b in pairwise(places)]
