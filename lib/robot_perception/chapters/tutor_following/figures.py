@@ -217,7 +217,7 @@ def tracking(axes: np.ndarray, state: SimpleNamespace) -> None:
     below.plot(pictures[nobody], np.full(nobody.sum(), -1), "s", color=MEANING["expected"],
                markersize=5)  # fmt: skip
     below.axvline(state.time, color=MEANING["truth"], linewidth=1.2)
-    below.set_yticks((1, 0, -1), ("person", "passer-by", "nobody"))
+    below.set_yticks((1, 0, -1), ("person", "other", "nobody"))
     below.set(xlim=(-1, len(state.right)), ylim=(-1.6, 1.6), xlabel="picture")
     below.set_title("held at the end" if state.held else "lost at the end", fontsize=10)
 
