@@ -69,7 +69,7 @@ def test_only_patterns_with_one_place_on_an_empty_ground_count():
 
 
 def test_kinds_of_slopes_differ_in_their_slopes_alone():
-    kinds = page.fitted(100, True, 2, False, RNG(0))
+    kinds = page.fitted(100, True, 2, RNG(0))
     own, one = kinds["each its own"], kinds["one for all"]
     np.testing.assert_array_equal(own.places, one.places)
     np.testing.assert_allclose(one.decay.rate, own.decay.rate.mean())
