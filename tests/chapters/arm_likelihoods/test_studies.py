@@ -164,13 +164,21 @@ def test_the_best_pose_is_the_one_with_the_least_sum():
         far = page.distances(shown.seen, contours, 0.25)
         best = swept(shown.angles)[np.where(contours.visible, far, 0.0).sum(axis=1).argmin()]
         there = np.abs(best - shown.angles).max() <= page.NEAR
-        assert page.moved.trial(person=person)["moving"] == there
+        assert page.moved.trial(person=person, passers=0)["moving"] == there
 
 
 def test_a_gain_of_one_adds_nothing():
-    found = page.moved.but(K=1.0).trial(person=CHOOSING[0])
+    found = page.moved.but(K=1.0).trial(person=CHOOSING[0], passers=0)
     assert found["still"] == found["moving"]
-    assert set(found) == {"person", "still", "moving", "mean_still", "mean_moving", "mean_toll"}
+    assert set(found) == {
+        "person",
+        "passers",
+        "still",
+        "moving",
+        "mean_still",
+        "mean_moving",
+        "mean_toll",
+    }
 
 
 def test_pairs_are_told_apart_by_what_is_alike():
