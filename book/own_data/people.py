@@ -86,7 +86,7 @@ def moved(readings: list[Reading], ranges: np.ndarray) -> np.ndarray | None:
     if not (steps := steps[np.isfinite(steps)]).size or np.median(steps) < STILL:
         return None
     scans = (scan for _, scan in tqdm(readings, "motion"))
-    poses = np.array(list(follow_scans(scans)))
+    poses = follow_scans(scans)
     way = np.hypot(*np.diff(poses[:, :2], axis=0).T).sum()
     print(f"the scanner moves, by its scans: {way:.1f} m; POSES would tell it better")
     return poses

@@ -9,6 +9,7 @@ import ast
 import builtins
 import re
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -119,6 +120,18 @@ def _value(node: ast.expr, space: dict[str, Any]) -> Any:
     return eval(compile(ast.Expression(node), "Try it", "eval"), dict(space))
 
 
+def entries(stem: str, cell: str) -> Iterator[tuple[str, ast.expr, ast.expr]]:
+    """Yield what a line lets its reader add to tables of the page: a name, a key, a value."""
+    codes = [piece.code for piece in pieces() if (piece.stem, piece.cell) == (stem, cell)]
+    for code, name in zip(codes, [*codes[1:], ""], strict=True):
+        for said in (code, f"{name}[{code}".replace(": ", "] = ", 1) if ": " in code else ""):
+            with suppress(SyntaxError):
+                match ast.parse(said).body:
+                    case [ast.Assign([ast.Subscript(ast.Name(table), key)], value)]:
+                        if isinstance(vars(module(stem)).get(table), dict):
+                            yield table, key, value
+
+
 def seconds(study: Trials) -> float:
     """Return how long a trial of a study takes at most, as it is recorded, s."""
     return max(most for _, most in recorded_rows.seconds(study.stem, study.name).values())
@@ -130,7 +143,7 @@ def tried() -> Iterator[Any]:
         for study in variants(piece):
             if (most := seconds(study)) < LONG:
                 marks = [pytest.mark.slow] if most > SHORT else []
-                yield pytest.param(study, id=f"{piece.id}-{study.name}", marks=marks)
+                yield pytest.param(piece, study, id=f"{piece.id}-{study.name}", marks=marks)
 
 
 @pytest.mark.parametrize("stem", [*COMPUTING, *FURTHER])
@@ -147,10 +160,25 @@ def test_studies_take_what_is_tried(stem: str):
             assert next(study.trials()), piece
 
 
-@pytest.mark.parametrize("study", [*tried()])
-def test_first_trial_of_what_is_tried_computes(study: Trials):
+@pytest.mark.parametrize(("piece", "study"), [*tried()])
+def test_first_trial_of_what_is_tried_computes(
+    piece: Piece, study: Trials, monkeypatch: pytest.MonkeyPatch
+):
+    space = vars(module(piece.stem))
+    for table, key, value in entries(piece.stem, piece.cell):
+        monkeypatch.setitem(space[table], _value(key, space), _value(value, space))
     with unchecked():
         assert study.trial(**next(study.trials()))
+
+
+def test_an_entry_that_is_to_be_added_is_found():
+    found = [
+        (piece.stem, table)
+        for piece in dict.fromkeys(Piece(one.stem, one.cell, "") for one in pieces())
+        for table, _, _ in entries(piece.stem, piece.cell)
+    ]
+    assert ("head_tracking", "TRACKERS") in found
+    assert ("people_fusion", "ROOMS") in found
 
 
 def test_most_pieces_are_code():

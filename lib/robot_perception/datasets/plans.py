@@ -1,6 +1,6 @@
 """A map seen from above as a picture that any browser shows."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from html import escape
 from pathlib import Path
 
@@ -22,7 +22,7 @@ def write_plan(
     walls: Float[np.ndarray, "n 2 2"] | None = None,
     way: Float[np.ndarray, "k 2"] | None = None,
     marks: Float[np.ndarray, "m 2"] | None = None,
-    names: Sequence[str] | None = None,
+    names: Iterable[str] | None = None,
     overwrite: bool = False,
 ) -> None:
     """Write a plan as SVG: walls black, a way blue, marks orange, on a grid that says its metres.

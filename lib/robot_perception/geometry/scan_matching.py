@@ -8,7 +8,7 @@ Where a room looks the same from several places, as a long corridor does, it doe
 apart: the component along it stays what was guessed.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -104,10 +104,8 @@ def match_scans(
     return ScanMatch(pose, middle, float(near.mean()))
 
 
-def follow_scans(
-    scans: Iterable[Float[np.ndarray, "n 2"]],
-) -> Iterator[Float[np.ndarray, "3"]]:
-    """Yield the pose of a scanner at each scan, (3,), m and rad, from its first one.
+def follow_scans(scans: Iterable[Float[np.ndarray, "n 2"]]) -> Float[np.ndarray, "scans 3"]:
+    """Return the pose of a scanner at each scan, m and rad, from its first one.
 
     A scan that tells no motion is taken to go on as the one before.
 
@@ -118,14 +116,16 @@ def follow_scans(
 
     Raises
     ------
+    TypeError
+        If the scans cannot be gone through.
     ValueError
         As `match_scans`.
     """
-    pose, motion, before = np.zeros(3), np.zeros(3), None
-    for now in checks.iterable("scans", scans):
-        if before is not None:
-            found = match_scans(before, now, motion)
-            motion = motion if found is None else found.motion
-            pose = se2.compose(pose, motion)
+    poses, motion, before = [], np.zeros(3), None
+    for k, scan in enumerate(checks.iterable("scans", scans)):
+        now = checks.array(f"scan {k + 1} of scans", scan, ("n", 2))
+        found = None if before is None else match_scans(before, now, motion)
+        motion = motion if found is None else found.motion
+        poses.append(se2.compose(poses[-1], motion) if poses else np.zeros(3))
         before = now
-        yield pose
+    return np.array(poses).reshape(-1, 3)

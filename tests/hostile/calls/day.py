@@ -19,11 +19,11 @@ NOTHING = SimpleNamespace()
 PLACES = {"door": np.array([1.0, 0.5])}
 KEPT = memory.Memory(NOTHING, WallMap.empty(), WAY, SEEN, {}, NOTHING, np.zeros(3), PLACES)
 STEP = Odometry(np.array([0.1, 0.0, 0.0]), 1e-4 * np.eye(3))
-JOINTS = np.arange(24.0).reshape(2, 4, 3)
 STATE = led(ROBOT)
 LEARNED, _ = ROBOT.step(
     STATE, robot.Reading(1.0, "teacher", "switch off"), rng=np.random.default_rng(0)
 )
+AT_HOME = replace(LEARNED, memory=KEPT)
 
 
 def rng():
@@ -39,17 +39,16 @@ CALLS = {
     robot.DayRobot: lambda: call(
         ROBOT.cameras, ROBOT.mount, ROBOT.angles, ROBOT.ring, ROBOT.radius, ROBOT.mapper,
         ROBOT.guide, ROBOT.skin, ROBOT.companion, ROBOT.arms, ROBOT.slam, ROBOT.localiser,
-        ROBOT.keys, ROBOT.servo, {"ceiling": "hall", "guide": "post"}, 3, 40, frozenset({"arms"}),
+        ROBOT.keys, ROBOT.servo, {"ceiling": "hall", "guide": "post"}, 3, 40, 10,
+        frozenset({"arms"}),
     ),
     robot.DayRobot.start: lambda: call(ROBOT),
     robot.DayRobot.step: lambda: call(
         ROBOT, STATE, robot.Reading(1.0, "wheels", STEP), rng=rng()
     ),
     robot.DayRobot.carried: lambda: call(ROBOT, LEARNED, rng=rng()),
-    robot.DayRobot.put: lambda: call(ROBOT, LEARNED, "watch", np.array([1.0, 0.1, 0.1])),
+    robot.DayRobot.put: lambda: call(ROBOT, AT_HOME, "return", np.array([1.0, 0.1, 0.1]), "door"),
     robot.DayRobot.route: lambda: call(ROBOT, replace(LEARNED, end=0)),
-    robot.clear_of: lambda: call(
-        (0.4, 0.1), np.full(5, 0.5), np.linspace(-1, 1, 5), wide=0.8, far=0.9
-    ),
-    robot.pointed_at: lambda: call(JOINTS, np.array([1.0, 2.0, 0.3]), PLACES),
 }  # fmt: skip
+INNER = {robot.clear_of, robot.pointed_at}
+"""Functions that the robot calls at each step, with what it has made or checked."""
