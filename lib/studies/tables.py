@@ -188,10 +188,14 @@ _MOST = 6  # significant digits of the ends of an interval
 def _shown(cell: Cell, digits: int) -> str:
     """Return a cell as text: counts whole, other numbers with so many significant digits.
 
+    A number has more of them where it would stand outside its own interval.
+
     Examples
     --------
     >>> _shown(Interval(1.0, 0.9984, 1.0, ""), 2)
     '1.0 [0.998, 1.00]'
+    >>> _shown(Interval(0.9968, 0.9951, 0.9984, ""), 2)
+    '0.997 [0.995, 0.998]'
     """
     if cell is None:
         return "–"
@@ -205,7 +209,9 @@ def _shown(cell: Cell, digits: int) -> str:
         while low == high and more < _MOST:  # "1.0 [1.0, 1.0]" would hide that it has a width
             more += 1
             low, high = (_rounded(end, more) for end in (cell.low, cell.high))
-        return f"{_rounded(cell.estimate, digits)} [{low}, {high}]"
+        texts = [_rounded(cell.estimate, one) for one in range(digits, more + 1)]
+        inside = (text for text in texts if float(low) <= float(text) <= float(high))
+        return f"{next(inside, texts[-1])} [{low}, {high}]"
     return str(cell) if isinstance(cell, int) else _rounded(cell, digits)
 
 
