@@ -115,7 +115,9 @@ EDITS = {
         'now("turned-world"', "Anchor(0.0, 0.0), Anchor(5", "Anchor(0.9, 0.0), Anchor(5"
     ),
     "arm_likelihoods": Edit(
-        "draw.hero({", '("shape and motion", "colour", "texture"),', '("shape", "texture"),'
+        'now(\n    "likelihoods-hero"',
+        '("shape and motion", "colour", "texture"),',
+        '("shape", "texture"),',
     ),
     "arm_tracking": Edit('now("arms-hero"', "PARTICLES = 400", "PARTICLES = 60"),
     "ceiling_navigation": Edit("draw.corrected(", "roll=np.deg2rad(6)", "roll=np.deg2rad(2)"),
