@@ -136,7 +136,9 @@ EDITS = {
     "many_numbers": Edit('now("numbers-told"', "0.15**2 * np.eye(2)", "0.6**2 * np.eye(2)"),
     "one_belief": Edit('now("belief-story",', "(4.0, 7.0, 15.0)", "(4.0, 9.0, 15.0)"),
     "one_world": Edit('now("world-close"', "(26)", "(28)"),
-    "pattern_tracking": Edit('now("pattern-hero",', "np.deg2rad(20)", "np.deg2rad(5)"),
+    "pattern_tracking": Edit(
+        'now("pattern-hero",', "ALIGNED = np.deg2rad(20)", "ALIGNED = np.deg2rad(5)"
+    ),
     "people_fusion": Edit('now("people-together"', "threshold=0.3", "threshold=0.39"),
     "people_sensors": Edit('now("people-hero"', "NOW = 4.86", "NOW = 7.26"),
     "sift_association": Edit("draw.hero(rooms)", "FAR_AWAY = 5.0", "FAR_AWAY = 9.0"),
@@ -206,7 +208,6 @@ _spare()
 
 
 TOO_FEW = {
-    "arm_tracking": ("by_watch(watched.rows())", 'noticed=rows.share("noticed", "lost")'),
     "people_sensors": ("asked = looked.rows()", "skin = coloured.rows()"),
     "exchanged_parts": ("As to *where*, intersection keeps its promise",),
 }
