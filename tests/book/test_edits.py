@@ -208,6 +208,7 @@ _spare()
 
 
 TOO_FEW = {
+    "arm_tracking": ("by_watch(watched.rows())", 'noticed=rows.share("noticed", "lost")'),
     "people_sensors": ("asked = looked.rows()", "skin = coloured.rows()"),
     "exchanged_parts": ("As to *where*, intersection keeps its promise",),
 }
