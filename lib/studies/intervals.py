@@ -147,6 +147,9 @@ def bootstrap_ratio(
 ) -> Interval:
     """Return the ratio of two means over the same runs with its 95 % bootstrap interval.
 
+    Samples of the runs in which ``below`` is 0 everywhere have no ratio; the interval is that of
+    the others.
+
     Raises
     ------
     ValueError
@@ -273,8 +276,11 @@ def largest(*intervals: Interval) -> Interval:
     return Interval(top.estimate, low, high, top.unit, top.about)
 
 
-def _ratio(above: np.ndarray, below: np.ndarray, axis: int) -> float | np.ndarray:
-    return above.mean(axis=axis) / below.mean(axis=axis)
+def _ratio(above: np.ndarray, below: np.ndarray, axis: int) -> np.ndarray:
+    whole = np.asarray(below.mean(axis=axis))
+    return np.divide(
+        above.mean(axis=axis), whole, out=np.full(whole.shape, np.nan), where=whole != 0
+    )
 
 
 def _bootstrap(statistic: Callable, named: dict[str, np.ndarray], unit: str, name: str) -> Interval:
@@ -293,8 +299,11 @@ def _bootstrap(statistic: Callable, named: dict[str, np.ndarray], unit: str, nam
         method="percentile",
         rng=np.random.default_rng(0),
     )
+    ends = found.confidence_interval
+    if not np.isfinite(ends).all():  # of some samples there is no ratio
+        ends = np.nanquantile(found.bootstrap_distribution, (0.025, 0.975))
     about = f"{name}, 95 % bootstrap over {data[0].size} runs"
-    return _between(statistic(*data, axis=-1), *found.confidence_interval, unit, about)
+    return _between(statistic(*data, axis=-1), *ends, unit, about)
 
 
 def _between(estimate: float, low: float, high: float, unit: str = "", about: str = "") -> Interval:

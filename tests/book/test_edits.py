@@ -1,11 +1,13 @@
 """What a student edits reaches what the page shows: pictures, films, explorers and sentences."""
 
 import ast
+import dis
 import json
 import os
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from types import CodeType
 
 import nbformat
 import pytest
@@ -91,6 +93,59 @@ def test_a_cell_that_only_imports_from_a_study_cell_is_found():
     assert studied == {"PAPER"}
     assert not leads(cells[0].read, cells, studied)
     assert leads(slices.Names.of("draw.hero(it, PAPER)").read, cells, studied)
+
+
+CACHES = re.compile(r"\b(lru_)?cache\b")
+"""Decorators of a function that stays as it is while cells below it are run again."""
+GLOBAL = frozenset({"LOAD_GLOBAL", "LOAD_NAME"})
+
+
+def taken(statement: ast.stmt) -> set[str]:
+    """Return the names that a statement, and the functions in it, take from the notebook."""
+    todo, names = [compile(ast.Module([statement], []), "<cell>", "exec")], set[str]()
+    while todo:
+        code = todo.pop()
+        names |= {step.argval for step in dis.get_instructions(code) if step.opname in GLOBAL}
+        todo += [one for one in code.co_consts if isinstance(one, CodeType)]
+    return names
+
+
+def late(sources: Sequence[str]) -> dict[str, set[str]]:
+    """Return which functions with a cache reach names that a later cell defines, and these."""
+    defined, needs, caches = dict[str, int](), dict[str, set[str]](), dict[str, int]()
+    for number, source in enumerate(sources):
+        for one in ast.parse(source).body:
+            if isinstance(one, ast.FunctionDef | ast.ClassDef | ast.Assign | ast.AnnAssign):
+                for name in slices.bound(one):
+                    defined.setdefault(name, number)
+                    needs.setdefault(name, set()).update(taken(one))
+            if isinstance(one, ast.FunctionDef) and any(
+                CACHES.search(ast.unparse(decorator)) for decorator in one.decorator_list
+            ):
+                caches[one.name] = number
+    found = dict[str, set[str]]()
+    for name, number in caches.items():
+        known, todo = set[str](), {name}
+        while todo:
+            known |= todo
+            todo = {one for own in todo for one in needs[own] if one in defined} - known
+        if below := {one for one in known if defined[one] > number}:
+            found[name] = below
+    return found
+
+
+@pytest.mark.parametrize("stem", [*COMPUTING, *FURTHER])
+def test_a_function_with_a_cache_stands_below_what_it_calls(stem: str):
+    """Whoever edits a cell runs it and all below: what stands above would keep its old results."""
+    assert not late([cell.source for cell in code_cells(stem)])
+
+
+def test_a_cache_above_what_it_calls_is_found():
+    cached = "@lru_cache(maxsize=1)\ndef maps():\n    return surfaces()"
+    called, level = "def surfaces():\n    return [LEVEL for _ in range(3)]", "LEVEL = 20"
+    assert late([cached, called, level]) == {"maps": {"surfaces", "LEVEL"}}
+    assert late([called, level, cached.replace("lru_cache(maxsize=1)", "cache")]) == {}
+    assert late([cached.split("\n", 1)[1], called, level]) == {}, "it has no cache"
 
 
 @dataclass(frozen=True)
@@ -208,9 +263,7 @@ _spare()
 
 
 TOO_FEW = {
-    "arm_tracking": ("by_watch(watched.rows())", 'noticed=rows.share("noticed", "lost")'),
     "people_sensors": ("asked = looked.rows()", "skin = coloured.rows()"),
-    "exchanged_parts": ("As to *where*, intersection keeps its promise",),
 }
 """What cells hold whose ratio three replicates leave without a value: they say so by an error."""
 

@@ -147,6 +147,15 @@ def test_bootstrap_is_the_same_each_time_and_ignores_a_common_unit():
     assert (same.low, same.high) == (1, 1), "the runs are paired"
 
 
+def test_samples_without_a_denominator_are_left_out():
+    """Eight of 27 draws of three runs miss the one that counts: these have no ratio."""
+    got = intervals.bootstrap_ratio(np.array([1.0, 0, 0]), np.array([2.0, 0, 0]))
+    assert (got.low, got.estimate, got.high) == (0.5, 0.5, 0.5)
+    mixed = intervals.bootstrap_ratio(np.array([1.0, 3, 0]), np.array([2.0, 4, 0]))
+    assert (mixed.low, mixed.high) == (0.5, 0.75)
+    assert mixed.estimate == pytest.approx(4 / 6)
+
+
 @given(st.integers(1, 200).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n))))
 def test_proportion_interval_holds_the_rate(counts):
     interval = intervals.proportion(*counts)
