@@ -172,7 +172,7 @@ def test_the_robot_of_the_chapter_is_that_of_the_room_with_its_numbers():
         CompanionRobot(lambda grey, box: None, hands()),
     )
     assert robot.tracker.rules == usual.tracker.rules
-    assert robot.rules == replace(usual.rules, waits=False)
+    assert robot.rules == usual.rules
     assert robot.faces.scale == usual.faces.scale
     assert (REGION[2] - REGION[0], REGION[3] - REGION[1]) == BODY
     assert not page.companion("Kalman window", None, fresh=False).rules.fresh
