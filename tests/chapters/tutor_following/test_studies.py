@@ -1,7 +1,6 @@
 """The studies: worlds, trackers and the robot, and what they count, by law."""
 
 import json
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
