@@ -78,6 +78,15 @@ def test_the_arm_that_hangs_beside_the_person_is_called_lost_and_the_other_is_no
     assert twice.lost.tolist() == [0, 2]
 
 
+@pytest.mark.parametrize(("level", "lost"), [(0.0, False), (-1e6, True)])
+def test_one_picture_does_not_outweigh_the_average(level, lost):
+    """An arm that has been seen well is not lost by a bad picture, nor is a lost one found."""
+    watch, source = ArmWatch(FEW, level=-500.0, newest=0.01), rng()
+    state = replace(begun(watch, source=source), level=np.full(2, level))
+    _, info = watch.step(state, FILM.frames[1], rng=source)
+    assert (info.level < -500.0).tolist() == info.lost.tolist() == [lost, lost]
+
+
 def test_a_share_of_a_lost_arm_is_drawn_over_all_that_its_joints_allow():
     watch = ArmWatch(FEW, anew=0.25)
     state = begun(watch).arms
