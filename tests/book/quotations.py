@@ -28,7 +28,6 @@ OTHERS = MappingProxyType(
         "exactly, and your third direction is no problem.": "a colleague in an exercise",
         "Our system recognises 98 % of the enrolled people.": "a vendor in an exercise",
         "so that the filter listens again": "a student in an exercise",
-        "Counted exactly": "a heading of the chapter",
         "Break it": "a heading of the chapter",
         "lost from the start": "a preset of an explorer",
         "good wheels": "a preset of an explorer",

@@ -75,8 +75,7 @@ def card(ax: Axes, state: SimpleNamespace) -> Axes:
     name="arms-hero",
     alt="A person points to the side. Points follow the outlines of both arms, lines their true "
     "joints.",
-    caption="Points: the outlines of the estimate. Lines: the true shoulders, elbows and wrists. "
-    "The program sees this picture and those before it, and nothing else.",
+    caption="Points: the outlines of the estimate. Lines: the true shoulders, elbows and wrists.",
     width=5.6,
     height=4.2,
     gridspec_kw=_PHOTO,
@@ -120,9 +119,8 @@ def ablation(ax: Axes, table: Table, column: str) -> Axes:
     name="arms-resampling",
     alt="Two clouds of points on a picture of a person, one at each hand. In each a few points are "
     "much larger than the others.",
-    caption="One picture of the auxiliary filter. Small dots: both wrists of each of the four "
-    "hundred particles after it has moved. Large dots: the same, by weight. The few large dots "
-    "decide.",
+    caption="Small dots: both wrists of each of the four hundred particles after it has moved. "
+    "Large dots: the same, by weight.",
     width=5.6,
     height=4.2,
     gridspec_kw=_PHOTO,

@@ -23,7 +23,7 @@ def points(moments: Sequence[SimpleNamespace]) -> Shown:
         poster=8,
         alt="A person before a bare wall lifts one arm, points, lets it sink, and points with the "
         "other one. Outlines stay on both arms; below it two stick figures move together.",
-        caption=f"All cues, bare wall. {words(moments)}",
+        caption=f"All cues, bare wall; the picture as above. {words(moments)}",
     )
 
 
@@ -36,14 +36,14 @@ def gestures(moments: Sequence[SimpleNamespace]) -> Shown:
         poster=16,
         alt="A person before a cluttered wall moves both arms while two others walk behind. "
         "Outlines follow the arms; below it two stick figures, and the errors.",
-        caption=f"All cues, clutter, two people behind. {words(moments)}",
+        caption="All cues, clutter, two people behind. In the picture: points on the outline of "
+        f"the estimate, and lines through the true joints. {words(moments)}",
     )
 
 
 def words(moments: Sequence[SimpleNamespace]) -> str:
-    """Return what is drawn where."""
+    """Return what is drawn below the picture."""
     return (
-        "In the picture: points on the outline of the estimate, and lines through the true joints. "
         "Stick figures: both arms in space, turned by 35°, truth and estimate. Curves: how far off "
         f"the two wrists are, solid and dashed; dotted: {moments[0].near:.0f} px."
     )

@@ -219,6 +219,11 @@ def blinded(ax: Axes, now: Any) -> Axes:
         some = now.steps[now.steps[:, 0] == part]
         ax.plot(*some[:, 1:3].T, color=MEANING["truth"], linewidth=2.0)
         ax.plot(*some[:, 3:5].T, color=MEANING["estimate"], linewidth=1.4, linestyle="--")
+        ax.plot(*some[-1, 1:3], "o", color=MEANING["truth"], markersize=6, clip_on=False)
+        ax.plot(*some[-1, 3:5], "X", color=MEANING["estimate"], markersize=8, clip_on=False)
     good = sum(right for _, right, _ in now.ends)
     ax.set_title(f"{good} of {len(now.ends)} acts reach their goals")
+    missed = [why for _, right, why in now.ends if not right]
+    colour = MEANING["estimate"]
+    ax.text(0, -0.1, "\n".join(missed), transform=ax.transAxes, va="top", color=colour)
     return ax
