@@ -82,6 +82,14 @@ def test_pairs_have_the_least_sum_of_all_permutations():
         assert cost[i, j].sum() == pytest.approx(least)
 
 
+def test_a_pair_outside_the_gate_costs_no_more_than_none():
+    """The sum of both distances is least if neither detection gets its nearest track."""
+    _, i, j = page.assigned(
+        detections([(2.0, 0.0), (2.9, 0.0)]), tracks_at([(2.05, 0.0), (1.5, 0.0)]), STILL
+    )
+    assert (i.tolist(), j.tolist()) == ([0], [0])
+
+
 def test_what_is_outside_the_gate_is_nobodys():
     _, i, j = page.assigned(detections([(2.0, 0.0)]), tracks_at([(3.5, 0.0)]), STILL)
     assert not len(i)
