@@ -124,6 +124,44 @@ def test_opponents(finder):
     assert not rows["sure_and_wrong"].any()
 
 
+def test_one_eye_sees_from_where_it_looks():
+    """Points without noise give the pose; a point that is another landmark's does not harm it."""
+    (map_, onto), (path, _, _) = mapped(1), later(1, page.WAYS[0])
+    places, looks = points(1)
+    for pose in path[::40]:
+        seen = se3.act(se3.inverse(se3.from_se2(pose) @ page.MOUNT), places)
+        rows = np.flatnonzero((seen[:, 2] > 0.5) & (seen[:, 2] < 7))
+        taken = looks[rows]
+        taken[:2] = taken[:2][::-1]  # each of two is taken for the other
+        picture = seen[rows], None, taken.astype(np.uint8)
+        found, agree = page.perspective(map_, picture, 0.8, np.random.default_rng(0))
+        away, turned = page.off(found, pose, onto)
+        assert (away < 0.01, turned < 0.01) == (True, True)
+        assert len(rows) - 2 <= agree <= len(rows)
+
+
+def test_landmarks_with_a_double_are_not_clear():
+    (map_, _), (_, _, shown) = mapped(1), later(1, page.WAYS[0])
+    looks = map_.looks
+    columns = (looks.firsts, looks.means, looks.squares, looks.counts)
+    twice = Looks(*(np.concatenate([column] * 2) for column in columns))
+    both = LandmarkMap(np.tile(map_.means, (2, 1)), np.tile(map_.covs, (2, 1, 1)), twice)
+    rng = np.random.default_rng(0)
+    assert page.perspective(both, shown[0], 0.8, rng)[1] == 0
+    assert page.perspective(map_, shown[0], 0.8, rng)[1] > 10
+    assert page.perspective(map_, (np.zeros((0, 3)), None, np.zeros((0, 128))), 0.8, rng)[1] == 0
+
+
+def test_one_eye_is_enough_where_points_are_known():
+    rows = one(page.posed, building=1, way=page.WAYS[0], finder=page.EYE)
+    assert rows["start"].tolist() == [0, 23, 47, 70, 94]
+    assert rows["first"].all()
+    assert (rows["metres"] < 0.3).all()
+    assert not rows["sure_and_wrong"].any()
+    back = one(page.posed, building=1, way=page.WAYS[1], finder=page.EYE)
+    assert not back["found"].any()
+
+
 @pytest.mark.slow
 def test_landmarks_that_are_not_recognised_tell_nothing():
     rows = one(page.started, building=1, way=page.WAYS[0], finder=page.SEVERAL, shuffled=True)
