@@ -162,7 +162,8 @@ def one_plan(
     name="look-ten-plans",
     alt="Two drawings of dots with intervals. Shares of wrong matches lie at one or above. Errors "
     "of the path: names that are told lie far below one, the distances about one.",
-    caption=DOTS + "In the group “no look-alikes” each thing that hangs or stands has a picture of "
+    caption=DOTS
+    + "Where there are no look-alikes, each thing that hangs or stands has a picture of "
     "its own.",
     cols=2,
     width=7.4,
