@@ -20,7 +20,7 @@ GATED = {
     "one filter": "one filter, no gate",
     "one filter, gate": "one filter, gate of its own covariance",
 }
-"""What a path is called, by the filter that is chosen."""
+"""Names of paths, by the filter that is chosen."""
 
 
 class Line(NamedTuple):
