@@ -69,7 +69,7 @@ def sized(ax: Axes, now: Any) -> Axes:
     alt="Size over true size against frames, on a logarithmic scale: one line falls to a fifth, "
     "one rises to five, three stay at one.",
     caption="Size over the true size, median of sixty films. Three rules keep the size; their "
-    "lines cannot be told apart.",
+    "lines lie on one another near 1.",
     height=3.4,
 )
 def courses(ax: Axes, rows: Rows, strays: Mapping[str, str]) -> Axes:

@@ -14,6 +14,14 @@ from robot_perception.chapters.visual_slam.figures import WIDE, ground
 ENDS = 0.1, 20.0
 """Errors between which a drive is drawn, m."""
 
+GATED = {
+    "ten particles": "ten particles, no gate",
+    "ten particles, gate": "ten particles, gate of 30 cm",
+    "one filter": "one filter, no gate",
+    "one filter, gate": "one filter, gate of its own covariance",
+}
+"""Names of paths, by the filter that is chosen."""
+
 
 class Line(NamedTuple):
     """A line of a forest plot: its name, a ratio with its interval, and the limit it is held to."""
@@ -62,6 +70,8 @@ def followed(ax: Axes, state: Any, walls: np.ndarray) -> Axes:
     x, y = state.path[-1].tolist()
     ax.plot(x, y, "o", color=MEANING["robot"], markersize=6)
     label(ax, x, y + 0.5, "the end", MEANING["robot"], ha="center")
+    label(ax, 0.0, 8.6, f"{GATED[state.follower]}: {state.error:.1f} m off", MEANING["robot"])
+    label(ax, 16.6, 4.2, "true path", MEANING["truth"], ha="right")
     return ax
 
 
@@ -76,6 +86,12 @@ def drives_of(ax: Axes, state: Any) -> Axes:
         ax.plot(state.wheels[some], state.off[some], marker, color=colour, markersize=9,
                 markeredgewidth=2.2, linestyle="none")  # fmt: skip
     ax.text(0.52, 17.5, "lost: farther off than the wheels", va="top", color=MEANING["wrong"])
+    gate = {"none": "no gate", "its own": "gate of its own"}.get(
+        state.gate, f"gate of {state.gate}"
+    )
+    ax.text(0.52, 0.115, f"{state.filter}, {gate}, {state.share} % wrong", fontweight="bold")
+    ax.text(2.34, 0.17, "● map right", color=MEANING["right"], ha="right")
+    ax.text(2.34, 0.115, "✕ map wrong", color=MEANING["wrong"], ha="right")
     ax.set(xscale="log", yscale="log", xlim=(0.5, 2.4), ylim=ENDS)
     ax.set(xlabel="the wheels alone are off by (m)", ylabel="the filter is off by (m)")
     ax.set_xticks([0.5, 1, 2], ["0.5", "1", "2"])
@@ -84,42 +100,94 @@ def drives_of(ax: Axes, state: Any) -> Axes:
     return ax
 
 
-@drawn(
-    name="look-forest",
-    alt="Two drawings of dots with intervals. Shares of wrong matches: most dots lie at or above "
-    "one, that for single descriptors lies below. Errors of the path: names that are told lie "
-    "far below one, the distances about one.",
-    caption=(
-        "Dots: ratios of means over the buildings, with the distance that the line names over "
-        "Euclid's distance to the mean descriptor, unless the line names another; bars: 95 % "
-        "intervals. At 1 there is no difference. Short upright strokes: the limit of a claim of "
-        "this page, below which the ratio should lie. First drawing: share of wrong matches among "
-        "the recognised tracks. Second drawing: error of the path."
-    ),
-    cols=2,
-    width=7.4,
-    height=8.2,
-)
-def forest(
-    axes: AxesRow, matches: Mapping[str, Sequence[Line]], paths: Mapping[str, Sequence[Line]]
+def ratios(
+    axes: AxesRow, groups: Sequence[Mapping[str, Sequence[Line]]], heads: Sequence[str]
 ) -> AxesRow:
-    """Draw ratios as dots with their intervals, in groups of lines."""
-    heads = "share of wrong matches, ratio", "error of the path, ratio"
-    for ax, groups, head in zip(axes, (matches, paths), heads, strict=True):
-        row, across = 0.0, ax.get_yaxis_transform()
-        for group, lines in groups.items():
+    """Draw ratios as dots with their intervals, in groups of lines, a drawing for each measure."""
+    rows = []
+    for ax, drawn_groups, head in zip(axes, groups, heads, strict=True):
+        row, named, across = 0.0, False, ax.get_yaxis_transform()
+        for group, lines in drawn_groups.items():
             ax.text(0.0, row, group, transform=across, fontweight="bold", va="center")
             for name, found, limit in lines:
-                ax.text(0.0, row + 0.9, name, transform=across, fontsize=9.5, va="center")
-                row += 1.6
+                ax.text(0.0, row + 0.95, name, transform=across, fontsize=9.5, va="center")
+                row += 1.8
                 ax.plot([found.low, found.high], [row, row], color=MEANING["truth"], linewidth=1.6)
                 ax.plot(found.estimate, row, "o", color=MEANING["truth"], markersize=6)
                 if limit:
-                    stroke = [row - 0.35, row + 0.35]
+                    stroke = [row - 0.4, row + 0.4]
                     ax.plot([limit] * 2, stroke, color=MEANING["error"], linewidth=2.4)
-            row += 1.5
+                    if not named:
+                        x = 0.96 * min(limit, found.low)
+                        label(ax, x, row, "limit", MEANING["error"], ha="right", va="center")
+                    named = True
+            row += 1.6
+        rows.append(row)
         ax.axvline(1.0, color=MEANING["expected"], linewidth=1.0, zorder=0)
-        ax.set(xscale="log", xlabel=head, xlim=(0.26, 2.1), ylim=(row - 0.4, -0.8), yticks=[])
+        ax.set(xscale="log", xlabel=head, xlim=(0.26, 2.1), yticks=[])
         ax.set_xticks([0.3, 0.5, 0.7, 1, 1.4, 2], ["0.3", "0.5", "0.7", "1", "1.4", "2"])
         ax.minorticks_off()
+    for ax in axes:
+        ax.set_ylim(max(rows) - 0.5, -0.8)
     return axes
+
+
+BY_DISTANCE = "wrong matches over those with Euclid", "path error over that with Euclid"
+DOTS = (
+    "Dots: ratios of means over the buildings; bars: 95 % intervals. At 1 there is no difference. "
+    "Short strokes: the limit of a claim, below which the ratio should lie. "
+)
+
+
+@drawn(
+    name="look-one-plan",
+    alt="Two drawings of dots with intervals. Shares of wrong matches: those of eq. (9) lie above "
+    "one in both gates, against single descriptors below. Errors of the path lie near one, even "
+    "with names that are told.",
+    caption=DOTS + "Each line names a distance, which is compared with Euclid's to the mean "
+    "descriptor, unless the line names another. Shrunk: variances drawn towards those of all "
+    "landmarks. Names told: the renderer names the landmarks.",
+    cols=2,
+    width=7.4,
+    height=4.4,
+)
+def one_plan(
+    axes: AxesRow, matches: Mapping[str, Sequence[Line]], paths: Mapping[str, Sequence[Line]]
+) -> AxesRow:
+    """Draw what distances do in the buildings of one plan."""
+    return ratios(axes, (matches, paths), BY_DISTANCE)
+
+
+@drawn(
+    name="look-ten-plans",
+    alt="Two drawings of dots with intervals. Shares of wrong matches lie at one or above. Errors "
+    "of the path: names that are told lie far below one, the distances about one.",
+    caption=DOTS
+    + "Where there are no look-alikes, each thing that hangs or stands has a picture of "
+    "its own.",
+    cols=2,
+    width=7.4,
+    height=4.9,
+)
+def ten_plans(
+    axes: AxesRow, matches: Mapping[str, Sequence[Line]], paths: Mapping[str, Sequence[Line]]
+) -> AxesRow:
+    """Draw what distances do on ten plans, with look-alikes and without."""
+    return ratios(axes, (matches, paths), BY_DISTANCE)
+
+
+@drawn(
+    name="look-long-tracks",
+    alt="Two drawings of dots with intervals, of slow drives. Shares of wrong matches lie at one "
+    "or above. Errors of the path: names that are told lie far below one, eq. (9) just below.",
+    caption=DOTS + "The robot drives four times as slowly, and a landmark is made of 24 "
+    "descriptors.",
+    cols=2,
+    width=7.4,
+    height=2.7,
+)
+def long_tracks(
+    axes: AxesRow, matches: Mapping[str, Sequence[Line]], paths: Mapping[str, Sequence[Line]]
+) -> AxesRow:
+    """Draw what distances do with long tracks."""
+    return ratios(axes, (matches, paths), BY_DISTANCE)
