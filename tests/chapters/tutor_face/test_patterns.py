@@ -53,7 +53,9 @@ def test_the_distance_is_none_to_itself_and_the_same_both_ways():
     one, other = tutor.counted_in_cells(face(3)), tutor.counted_in_cells(face(4))
     assert tutor.chi_square(one, one) == 0
     assert tutor.chi_square(one, other) == tutor.chi_square(other, one) > 0
-    assert tutor.chi_square(np.array([1.0, 0]), np.array([0, 1.0])) == 2
+    assert tutor.chi_square(np.array([1.0, 0, 0]), np.array([0, 1.0, 0])) == 2
+    found = tutor.chi_square(np.array([1.0, 0]), np.array([0.5, 0.5]))
+    assert found == pytest.approx(1 / 6 + 1 / 2)
 
 
 def test_nearest_pictures_are_those_of_all_eigenimages_if_the_distances_are(monkeypatch):

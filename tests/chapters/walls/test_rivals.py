@@ -66,6 +66,23 @@ def test_the_likeliest_polyline_of_two_walls_keeps_their_corner():
     assert likeliest(ROOM[:2], 1.0).tolist() == [0, 1]
 
 
+def test_vertices_go_in_the_order_of_what_their_loss_costs():
+    """Oracle: all costs anew before each removal."""
+    rng = np.random.default_rng(2)
+    chain = ROOM * (1 + rng.normal(0, 0.01, (len(ROOM), 1)))
+    kept = list(range(len(chain)))
+    while len(kept) > 2:
+        costs = [
+            missed(chain, i, j) - missed(chain, i, k) - missed(chain, k, j)
+            for i, k, j in zip(kept, kept[1:], kept[2:], strict=False)
+        ]
+        if min(costs) >= 0.02:
+            break
+        del kept[1 + int(np.argmin(costs))]
+    assert 2 < len(kept) < 20
+    assert likeliest(chain, 0.02).tolist() == kept
+
+
 def test_a_single_wide_reading_costs_the_likeliest_polyline_no_wall():
     chain = ROOM.copy()
     chain[20] *= 1.04  # on the front wall, 8 cm behind it or more
@@ -79,6 +96,9 @@ def test_votes_find_both_walls_and_none_where_there_is_none():
     front, side = pieces[5 : CORNER - 5], pieces[CORNER + 5 : -5]
     assert len(set(front.tolist())) == len(set(side.tolist())) == 1
     assert front[0] != side[0]
+    chain = ROOM.copy()
+    chain[20] *= 0.6  # a lone reading in the room
+    assert np.flatnonzero(voted(chain, CHOSEN["Hough transform"]) < 0).tolist() == [20]
     few = walls.to_points(np.array([1.0, 3.0, 1.0]), np.array([-1.0, 0.0, 1.0]))
     assert voted(few, CHOSEN["Hough transform"]).tolist() == [-1, -1, -1]
 
