@@ -286,6 +286,17 @@ def test_camshift_is_opencvs():
         np.testing.assert_allclose(np.ptp(along), np.linalg.norm(side), rtol=0.02)
 
 
+@pytest.mark.parametrize("angle", [25, 115])
+def test_the_ellipse_of_a_window_leans_as_the_object_does(angle):
+    leaning = cv2.ellipse2Poly((60, 45), (26, 9), angle, 0, 360, 4).astype(float)
+    pictures = [scene(leaning, seed=k) for k in range(3)]
+    state = WindowTracker(Binning("HSI", (30, 16, 1))).start(pictures[0], leaning)
+    for picture in pictures[1:]:
+        state, _ = WindowTracker(Binning("HSI", (30, 16, 1))).step(state, picture)
+    assert overlap(state.outline, leaning) > 0.7
+    assert overlap(state.outline * [1, -1] + [0, 90], leaning) < 0.5, "the mirrored one does not"
+
+
 def test_a_window_that_finds_nothing_stays():
     blank = np.full((*SHAPE, 3), 90, dtype=np.uint8)
     for rigid in (False, True):

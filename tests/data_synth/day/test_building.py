@@ -1,8 +1,11 @@
 """One floor for all sensors: what one sees the others see at the same place."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+import data_synth.day.building as module
 from data_synth.companion.hall import RobotCamera
 from data_synth.day.building import make_building
 from data_synth.outlines import cast_outlines
@@ -24,6 +27,16 @@ def test_a_seed_makes_one_building(building):
     np.testing.assert_array_equal(building.above.ceiling.texture, again.above.ceiling.texture)
     other = make_building(rng=np.random.default_rng(6))
     assert not np.array_equal(building.above.ceiling.texture, other.above.ceiling.texture)
+
+
+def test_what_hangs_on_walls_keeps_its_colours():
+    """The hall paints in blue, green, red; the eyes of the robot see red, green, blue."""
+    painted = np.zeros((1, 8, 8, 3))
+    painted[..., :] = [0.0, 0.2, 0.7]
+    stage, ceiling = SimpleNamespace(pictures=painted), SimpleNamespace(texture=np.zeros((8, 8)))
+    *_, hung = module._pictures(stage, ceiling, np.random.default_rng(1))
+    red, green, blue = hung[0, 0]
+    assert red > green > blue == 0
 
 
 @pytest.mark.parametrize("heading", [-2.5, -1.1, 0.3, 1.6, 2.9])
