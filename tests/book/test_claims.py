@@ -5,6 +5,7 @@ from recorded rows.
 """
 
 import math
+import re
 import subprocess
 from collections.abc import Iterator
 from typing import Any
@@ -17,7 +18,7 @@ from studies import registration
 from studies.claims import Claim
 from studies.ledger import entry, sabotaged
 from studies.verdicts import turned
-from tests.book.pages import ROOT
+from tests.book.pages import BOOK, ROOT, notebook
 
 DIGITS = 1e-9
 RECORD = "robot-perception claims --run --claim {} --write book/_data/claims.json"
@@ -25,6 +26,8 @@ REGISTER = "robot-perception register --claim {} --remark WHY"
 SAME = f"`{REGISTER} --same`"
 HEAD = b"claim\tnumber\tday\twords\tmeasure\treplicates\tremark"
 """First line of the list as it began; columns were only ever appended."""
+CHANGED = re.compile(r"^\| \[([\w-]+)\]\(\S+\) \| [\w ]+ \| ([\w ]+) \|", re.MULTILINE)
+"""A claim, a former verdict and the present one, on the page that says how the book was checked."""
 NOT_COMPUTED = ("date", "versions", "sabotages")
 EVERY = chapters.claims()
 EACH = pytest.mark.parametrize("claim", EVERY, ids=lambda claim: claim.id)
@@ -77,6 +80,14 @@ def entry_of(sabotage: Any) -> list[float]:
 
 def test_the_record_has_every_claim_in_the_order_of_the_book():
     assert [e.id for e in recorded().entries] == [claim.id for claim in EVERY]
+
+
+def test_the_list_of_changed_verdicts_says_those_of_the_record():
+    told = dict(
+        CHANGED.findall("\n".join(c.source for c in notebook(BOOK / "checked.ipynb").cells))
+    )
+    assert len(told) > 10
+    assert told == {name: recorded()[name].to_plain()["verdict"] for name in told}
 
 
 def test_what_differs_is_found():
