@@ -221,7 +221,6 @@ SHARES = MappingProxyType(
             "four-experiments", "lost", "both", "rectangle"
         ),
         ("recordings_robots", "one chance in ten thousand"): 1 - LEVEL,
-        ("tutor_following", "one film in ten"): least("multi-patch"),
         ("your_own_data", "two in three"): cell(
             "eigenfaces", "lights", "from the side, too", "strangers"
         ),
