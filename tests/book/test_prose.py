@@ -200,11 +200,6 @@ def cell(claim: str, table: str, row: str, column: str) -> float:
     return value[0] if isinstance(value, list) else value
 
 
-def least(claim: str) -> float:
-    """Return the least value for which a claim's statement holds."""
-    return CLAIMS[claim]["accepted"]["low"]
-
-
 def constant(stem: str, name: str) -> float:
     """Return a number that a study cell binds to a name."""
     cells = (ast.parse(cell.source) for cell in code_cells(stem) if is_study(cell))

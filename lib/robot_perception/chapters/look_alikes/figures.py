@@ -18,7 +18,7 @@ GATED = {
     "ten particles": "ten particles, no gate",
     "ten particles, gate": "ten particles, gate of 30 cm",
     "one filter": "one filter, no gate",
-    "one filter, gate": "one filter, gate of its own covariance",
+    "one filter, gate": "one filter, gate of its own",
 }
 """Names of paths, by the filter that is chosen."""
 
@@ -89,7 +89,7 @@ def drives_of(ax: Axes, state: Any) -> Axes:
     gate = {"none": "no gate", "its own": "gate of its own"}.get(
         state.gate, f"gate of {state.gate}"
     )
-    ax.text(0.52, 0.115, f"{state.filter}, {gate}, {state.share} % wrong", fontweight="bold")
+    ax.set_title(f"{state.filter}, {gate}, {state.share} % wrong")
     ax.text(2.34, 0.17, "● map right", color=MEANING["right"], ha="right")
     ax.text(2.34, 0.115, "✕ map wrong", color=MEANING["wrong"], ha="right")
     ax.set(xscale="log", yscale="log", xlim=(0.5, 2.4), ylim=ENDS)

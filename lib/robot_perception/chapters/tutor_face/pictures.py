@@ -9,7 +9,7 @@ from robot_perception.companion.faces.detection import FaceDetector
 from robot_perception.datasets import read_image
 
 Pictures = tuple[list[int], list[str], list[np.ndarray]]
-"""Whose each picture is, its name among those of the person, and its grey values from 0 to 1."""
+"""Person of each picture, its name among those of the person, and its grey values, 0 to 1."""
 
 
 def in_even_light(folder: Path) -> Pictures:
