@@ -101,13 +101,14 @@ def drives_of(ax: Axes, state: Any) -> Axes:
 
 
 def ratios(
-    axes: AxesRow, groups: Sequence[Mapping[str, Sequence[Line]]], heads: Sequence[str]
+    axes: AxesRow, matches: Mapping[str, Sequence[Line]], paths: Mapping[str, Sequence[Line]]
 ) -> AxesRow:
     """Draw ratios as dots with their intervals, in groups of lines, a drawing for each measure."""
     rows = []
-    for ax, drawn_groups, head in zip(axes, groups, heads, strict=True):
+    heads = "wrong matches over those with Euclid", "path error over that with Euclid"
+    for ax, groups, head in zip(axes, (matches, paths), heads, strict=True):
         row, named, across = 0.0, False, ax.get_yaxis_transform()
-        for group, lines in drawn_groups.items():
+        for group, lines in groups.items():
             ax.text(0.0, row, group, transform=across, fontweight="bold", va="center")
             for name, found, limit in lines:
                 ax.text(0.0, row + 0.95, name, transform=across, fontsize=9.5, va="center")
@@ -132,7 +133,6 @@ def ratios(
     return axes
 
 
-BY_DISTANCE = "wrong matches over those with Euclid", "path error over that with Euclid"
 DOTS = (
     "Dots: ratios of means over the buildings; bars: 95 % intervals. At 1 there is no difference. "
     "Short strokes: the limit of a claim, below which the ratio should lie. "
@@ -155,7 +155,7 @@ def one_plan(
     axes: AxesRow, matches: Mapping[str, Sequence[Line]], paths: Mapping[str, Sequence[Line]]
 ) -> AxesRow:
     """Draw what distances do in the buildings of one plan."""
-    return ratios(axes, (matches, paths), BY_DISTANCE)
+    return ratios(axes, matches, paths)
 
 
 @drawn(
@@ -173,7 +173,7 @@ def ten_plans(
     axes: AxesRow, matches: Mapping[str, Sequence[Line]], paths: Mapping[str, Sequence[Line]]
 ) -> AxesRow:
     """Draw what distances do on ten plans, with look-alikes and without."""
-    return ratios(axes, (matches, paths), BY_DISTANCE)
+    return ratios(axes, matches, paths)
 
 
 @drawn(
@@ -190,4 +190,4 @@ def long_tracks(
     axes: AxesRow, matches: Mapping[str, Sequence[Line]], paths: Mapping[str, Sequence[Line]]
 ) -> AxesRow:
     """Draw what distances do with long tracks."""
-    return ratios(axes, (matches, paths), BY_DISTANCE)
+    return ratios(axes, matches, paths)
